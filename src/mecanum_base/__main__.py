@@ -1,0 +1,7 @@
+"""`python -m mecanum_base` is the `mecanum` command."""
+
+import sys
+
+from mecanum_base.cli.main import main
+
+sys.exit(main())

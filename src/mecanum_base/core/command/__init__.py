@@ -1,0 +1,1 @@
+"""From a wanted twist to wheel rates: limits, saturation, stopping, goals."""

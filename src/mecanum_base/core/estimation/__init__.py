@@ -1,0 +1,1 @@
+"""From encoder and IMU samples to odometry and slip."""

@@ -1,0 +1,1 @@
+"""The platform carried by two differential robots (SOMIM 2013)."""
