@@ -1,0 +1,1 @@
+"""Recordings: record, recover, read, replay, analyse."""

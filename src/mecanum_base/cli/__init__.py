@@ -1,0 +1,1 @@
+"""The mecanum command: one file a verb."""

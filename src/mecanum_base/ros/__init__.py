@@ -1,0 +1,1 @@
+"""Thin rclpy nodes, their parameters and process rules, and the scripted executor."""

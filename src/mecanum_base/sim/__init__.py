@@ -1,0 +1,1 @@
+"""Simulated hardware: plant, sensors, faults, scenarios."""
