@@ -1,0 +1,45 @@
+# Two commands for a new user: make demo, make test. `make help` lists the rest.
+# Needs python3 (3.10 - 3.13, with venv), make and git; everything else goes into .venv.
+
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+OUT    ?= out
+STAMP  := $(VENV)/.ready
+export ROS_PYTHON_CHECK_FIELDS := 1
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test lint bench accuracy fuzz clean
+
+help:            ## this list
+	@awk -F':.*## ' '/^[a-z]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+$(STAMP): setup.py pyproject.toml .ci/setup_venv.py
+	@$(PYTHON) .ci/setup_venv.py $(VENV)
+	@touch $@
+
+setup: $(STAMP)  ## a virtual environment with everything (uses a sourced ROS 2 Jazzy if there is one)
+
+demo: $(STAMP)   ## drive a simulated base over ROS 2 topics; odometry and slip against the truth
+	@$(BIN)/mecanum demo --out $(OUT)/demo $(DEMO_ARGS)
+
+test: $(STAMP)   ## static checks and the whole test suite
+	@$(MAKE) --no-print-directory lint
+	@$(BIN)/python -m pytest -q $(TEST_ARGS)
+
+lint: $(STAMP)   ## ruff, mypy, import contracts
+	@$(BIN)/ruff check src tests setup.py .ci
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports --no-cache | tail -n 12
+
+bench: $(STAMP)  ## speed: estimator, replay, nodes, simulator
+	@for b in tests/bench/bench_*.py; do echo "== $$b"; $(BIN)/python $$b || exit 1; done
+
+accuracy: $(STAMP)  ## Monte Carlo accuracy over the scenarios (long)
+	@$(BIN)/python -m mecanum_base.accuracy --out $(OUT)/accuracy $(ACCURACY_ARGS)
+
+fuzz: $(STAMP)   ## 10 000 mutated bags (long)
+	@$(BIN)/python tests/fuzz/fuzz_bags.py $(FUZZ_ARGS)
+
+clean:           ## remove everything that was made
+	rm -rf $(VENV) $(OUT) build install log .pytest_cache .mypy_cache .ruff_cache .hypothesis
