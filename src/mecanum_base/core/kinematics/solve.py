@@ -32,11 +32,11 @@ def weights(wheels: Wheels, weighting: str = 'rate') -> FloatArray:
 def body_from_wheels(matrix: FloatArray, weight: FloatArray | None = None) -> FloatArray:
     """Forward matrix (3, W) of H (W, 3): twist = body_from_wheels(H) @ rates (G eq. 18)."""
     if weight is None:
-        inverse: FloatArray = np.linalg.pinv(matrix)
+        inverse: FloatArray = np.linalg.pinv(matrix).astype(np.float64, copy=False)
         return inverse
     root = np.sqrt(weight)[:, None]
-    weighted: FloatArray = np.linalg.pinv(root * matrix) * root[:, 0]
-    return weighted
+    inverse = np.linalg.pinv(root * matrix) * root[:, 0]
+    return inverse
 
 
 def parity_projector(matrix: FloatArray) -> FloatArray:

@@ -15,6 +15,7 @@ import numpy as np
 
 from mecanum_base.core.errors import ConfigError, GeometryError
 from mecanum_base.core.parameter import FloatArray, frozen_floats, parameter
+from mecanum_base.core.platform.hinges import Hinges
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,10 +78,15 @@ class Carriers:
 
     @property
     def joint(self) -> tuple[str, ...]:
-        """Wheel joints in the order left_0, right_0, left_1, right_1: the order of wheel arrays."""
+        """Wheel joints left_0, right_0, left_1, right_1: the order of every wheel array."""
         return tuple(name for pair in zip(self.left_joint, self.right_joint) for name in pair)
 
     @property
     def count(self) -> int:
         """Number of wheels: two a carrier."""
         return 2 * len(self.name)
+
+    @property
+    def hinges(self) -> Hinges:
+        """Hinge positions and axle offsets, for the model questions of source D."""
+        return Hinges(self.x, self.y, self.axle_offset)
