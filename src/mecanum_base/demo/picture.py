@@ -1,0 +1,82 @@
+"""The PNG of a demo run: trajectories, position error, slip."""
+
+from __future__ import annotations
+
+import pathlib
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mecanum_base.core.parameter import FloatArray, IntArray
+from mecanum_base.demo.result import DemoResult
+
+TRUTH, WHEELS, FUSED = '0.6', '#e07b00', '#0b7fd6'
+SIGMAS_95 = 2.448  # radius of the 95 % ellipse of two dimensions, in sigmas
+
+
+def write_picture(path: pathlib.Path, result: DemoResult) -> None:
+    """Draw the run into ``path`` (PNG)."""
+    figure = Figure(figsize=(12.0, 6.2), layout='constrained')
+    axes = figure.subplot_mosaic([['way', 'error'], ['way', 'slip']], width_ratios=[1.0, 1.15])
+    _way(axes['way'], result)
+    _error(axes['error'], result)
+    _slip(axes['slip'], result)
+    figure.suptitle(f'mecanum_base demo: {result.name}', fontsize=13)
+    figure.savefig(path, dpi=110)
+
+
+def _seconds(result: DemoResult, stamp_ns: IntArray) -> FloatArray:
+    return (stamp_ns - result.truth.stamp_ns[0]) * 1e-9
+
+
+def _way(axes: Axes, result: DemoResult) -> None:
+    for label, track, colour, width in (('truth', result.truth, TRUTH, 5.0),
+                                        ('wheel-only', result.wheel_only, WHEELS, 1.6),
+                                        ('fused', result.fused, FUSED, 1.6)):
+        axes.plot(track.pose[:, 0], track.pose[:, 1], color=colour, linewidth=width, label=label)
+    axes.set(xlabel='x [m]', ylabel='y [m]', title='Trajectories', aspect='equal')
+    axes.grid(alpha=0.3)
+    axes.legend(frameon=False)
+
+
+def _error(axes: Axes, result: DemoResult) -> None:
+    fused, wheel = result.fused_error, result.wheel_only_error
+    if result.fused.covariance is not None:
+        inside = result.fused.within(int(result.truth.stamp_ns[0]),
+                                     int(result.truth.stamp_ns[-1]))
+        assert inside.covariance is not None
+        largest = np.linalg.eigvalsh(inside.covariance[:, :2, :2])[:, 1]
+        axes.fill_between(_seconds(result, inside.stamp_ns), 0, SIGMAS_95 * np.sqrt(largest),
+                          color=FUSED, alpha=0.15, linewidth=0, label='95 % of its covariance')
+    axes.plot(_seconds(result, wheel.stamp_ns), wheel.distance, color=WHEELS, label='wheel-only')
+    axes.plot(_seconds(result, fused.stamp_ns), fused.distance, color=FUSED, label='fused')
+    _phases(axes, result)
+    axes.set(ylabel='error [m]', title='Position error', ylim=(0, None))
+    axes.legend(frameon=False, loc='center left', fontsize=9)
+
+
+def _slip(axes: Axes, result: DemoResult) -> None:
+    slip = result.slip
+    true = np.max(np.abs(slip.true_speed), axis=1)
+    seconds = _seconds(result, slip.true_stamp)
+    axes.plot(seconds, true, color=TRUTH, linewidth=3.0, label='true, worst wheel')
+    index = np.argmax(np.abs(slip.speed) * (slip.probability > 0.5), axis=1)
+    claimed = np.where(slip.body_probability >= 0.5,
+                       np.abs(slip.speed)[np.arange(len(index)), index], 0.0)
+    axes.plot(_seconds(result, slip.stamp), claimed, color=FUSED, linewidth=1.2,
+              label='claimed, worst wheel')
+    axes.fill_between(_seconds(result, slip.stamp), 0, slip.body_probability,
+                      transform=axes.get_xaxis_transform(), color='#c4413b', alpha=0.18,
+                      linewidth=0, label='P(any wheel slips)')
+    _phases(axes, result)
+    axes.set(xlabel='time [s]', ylabel='slip speed [m/s]', title='Slip', ylim=(0, None))
+    axes.legend(frameon=False, loc='center right', fontsize=9)
+
+
+def _phases(axes: Axes, result: DemoResult) -> None:
+    for phase in result.phases:
+        start = float(_seconds(result, np.array([phase.start_ns]))[0])
+        axes.axvline(start, color='0.7', linewidth=0.8, linestyle=':')
+        axes.text(start, 0.98, f' {phase.name}', transform=axes.get_xaxis_transform(),
+                  va='top', fontsize=8, color='0.35')
