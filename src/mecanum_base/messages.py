@@ -8,13 +8,16 @@ translates and does not judge values; a message whose shape is wrong raises
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from mecanum_base.core.errors import MecanumBaseError
+from mecanum_base.core.parameter import FloatArray
 from mecanum_base.core.records import (
     CommandSample,
+    Estimate,
     ImuSample,
     PoseSample,
     ResetSample,
@@ -50,6 +53,8 @@ def wheel_sample(msg: Any, joints: tuple[str, ...]) -> WheelSample | None:
     for field in (msg.position, msg.velocity):
         if len(field) not in (0, len(names)):
             raise MalformedMessage('array length differs from name')
+    if len(msg.position) == 0 and len(msg.velocity) == 0:
+        raise MalformedMessage('neither position nor velocity')
     return WheelSample(stamp_ns(msg.header.stamp), _pick(msg.position, wanted),
                        _pick(msg.velocity, wanted))
 
@@ -109,3 +114,177 @@ def yaw_of(quaternion: Any) -> float:
 def quaternion_of_yaw(yaw: float) -> tuple[float, float, float, float]:
     """(x, y, z, w) of a rotation by ``yaw`` [rad] about z."""
     return 0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)
+
+
+# --- from records to messages: the message object is passed in and returned -------------------
+
+UNUSED_VARIANCE = 1e6  # axes a planar base does not know: finite, so that filters stay finite
+TRUTH_VARIANCE = 1e-9  # of ground truth; not 0, which other filters refuse
+
+
+def write_stamp(stamp: int, time: Any) -> Any:
+    """Fill a builtin_interfaces/Time from nanoseconds."""
+    seconds, nanoseconds = divmod(int(stamp), NANOSECONDS)
+    time.sec, time.nanosec = seconds, nanoseconds
+    return time
+
+
+def planar_covariance(covariance: FloatArray) -> FloatArray:
+    """Covariance (36,) of (x, y, z, roll, pitch, yaw) from one (3, 3) of (x, y, yaw)."""
+    grid = np.diag([0.0, 0.0, UNUSED_VARIANCE, UNUSED_VARIANCE, UNUSED_VARIANCE, 0.0])
+    axes = [0, 1, 5]
+    grid[np.ix_(axes, axes)] = covariance
+    return grid.ravel()
+
+
+def write_odometry(estimate: Estimate, msg: Any, odom_frame: str, base_frame: str) -> Any:
+    """Fill a nav_msgs/Odometry: pose in ``odom_frame``, twist in ``base_frame``."""
+    _write_header(estimate.stamp_ns, odom_frame, msg.header)
+    msg.child_frame_id = base_frame
+    _write_pose(estimate.pose, msg.pose.pose)
+    _write_twist(estimate.twist, msg.twist.twist)
+    msg.pose.covariance = planar_covariance(estimate.pose_covariance)
+    msg.twist.covariance = planar_covariance(estimate.twist_covariance)
+    return msg
+
+
+def write_transform(estimate: Estimate, msg: Any, odom_frame: str, base_frame: str) -> Any:
+    """Fill a geometry_msgs/TransformStamped odom -> base."""
+    _write_header(estimate.stamp_ns, odom_frame, msg.header)
+    msg.child_frame_id = base_frame
+    move, turn = msg.transform.translation, msg.transform.rotation
+    move.x, move.y, move.z = float(estimate.pose[0]), float(estimate.pose[1]), 0.0
+    turn.x, turn.y, turn.z, turn.w = quaternion_of_yaw(float(estimate.pose[2]))
+    return msg
+
+
+def write_slip_twist(estimate: Estimate, msg: Any, base_frame: str) -> Any:
+    """Fill a geometry_msgs/TwistWithCovarianceStamped: wheel twist minus body twist."""
+    _write_header(estimate.stamp_ns, base_frame, msg.header)
+    _write_twist(estimate.slip.twist, msg.twist.twist)
+    msg.twist.covariance = planar_covariance(estimate.slip.twist_covariance)
+    return msg
+
+
+def write_slip_wheels(stamp: int, rate: FloatArray, angle: FloatArray, msg: Any,
+                      joints: tuple[str, ...]) -> Any:
+    """Fill a sensor_msgs/JointState: slip rate [rad/s] in velocity, slip angle in position."""
+    _write_header(stamp, '', msg.header)
+    msg.name = list(joints)
+    msg.position, msg.velocity = angle.tolist(), rate.tolist()
+    return msg
+
+
+def write_slip_probability(estimate: Estimate, msg: Any) -> Any:
+    """Fill a std_msgs/Float64MultiArray: probability of slip a wheel, then of the body."""
+    slip = estimate.slip
+    msg.data = [*slip.probability.tolist(), float(slip.body_probability)]
+    return msg
+
+
+def write_slip_ratio(estimate: Estimate, msg: Any) -> Any:
+    """Fill a std_msgs/Float64MultiArray: Tlale's s a wheel, then of the body; NaN = undefined."""
+    msg.data = estimate.slip.ratio.tolist()
+    return msg
+
+
+def write_layout(msg: Any, dimension: Any, label: str) -> Any:
+    """Give a std_msgs multi-array its one dimension (a std_msgs/MultiArrayDimension)."""
+    dimension.label, dimension.size, dimension.stride = label, len(msg.data), len(msg.data)
+    msg.layout.dim = [dimension]
+    return msg
+
+
+def write_reset(stamp: int, msg: Any, odom_frame: str) -> Any:
+    """Fill the std_msgs/Header of ``odometry_reset``."""
+    write_stamp(stamp, msg.stamp)
+    msg.frame_id = odom_frame
+    return msg
+
+
+def write_wheel_angles(sample: WheelSample, msg: Any, joints: tuple[str, ...]) -> Any:
+    """Fill a sensor_msgs/JointState as a joint state broadcaster does."""
+    _write_header(sample.stamp_ns, '', msg.header)
+    msg.name = list(joints)
+    known = not bool(np.isnan(sample.velocity).any())
+    msg.position = sample.position.tolist()
+    msg.velocity = sample.velocity.tolist() if known else []
+    return msg
+
+
+def write_ticks(sample: TickSample, msg: Any) -> Any:
+    """Fill a std_msgs/Int64MultiArray or Int32MultiArray with cumulative counts."""
+    msg.data = [int(count) for count in sample.counts]
+    return msg
+
+
+def write_imu(sample: ImuSample, msg: Any, imu_frame: str, gyro_variance: float = 0.0,
+              accel_variance: float = 0.0) -> Any:
+    """Fill a sensor_msgs/Imu without orientation; a variance of 0 means unknown (REP-145)."""
+    _write_header(sample.stamp_ns, imu_frame, msg.header)
+    for vector, values in ((msg.angular_velocity, sample.gyro),
+                           (msg.linear_acceleration, sample.accel)):
+        vector.x, vector.y, vector.z = (float(v) for v in np.nan_to_num(values))
+    msg.orientation_covariance = _absent()
+    msg.angular_velocity_covariance = _isotropic(sample.gyro, gyro_variance)
+    msg.linear_acceleration_covariance = _isotropic(sample.accel, accel_variance)
+    return msg
+
+
+def write_truth(truth: Any, msg: Any, world_frame: str, base_frame: str) -> Any:
+    """Fill a nav_msgs/Odometry from the simulator's ``Truth``."""
+    _write_header(truth.stamp_ns, world_frame, msg.header)
+    msg.child_frame_id = base_frame
+    _write_pose(truth.pose, msg.pose.pose)
+    _write_twist(truth.twist, msg.twist.twist)
+    certain = planar_covariance(TRUTH_VARIANCE * np.eye(3))
+    msg.pose.covariance, msg.twist.covariance = certain, certain
+    return msg
+
+
+def write_diagnostics(stamp: int, statuses: Sequence[Any], msg: Any, status: Callable[[], Any],
+                      key_value: Callable[[], Any]) -> Any:
+    """Fill a diagnostic_msgs/DiagnosticArray from records with name, level, message, values.
+
+    ``status`` and ``key_value`` make empty DiagnosticStatus and KeyValue messages.
+    """
+    write_stamp(stamp, msg.header.stamp)
+    msg.status = []
+    for record in statuses:
+        item = status()
+        item.level, item.name = bytes([record.level]), record.name
+        item.message, item.hardware_id = record.message, record.hardware_id
+        pairs = []
+        for key, value in record.values.items():
+            pair = key_value()
+            pair.key, pair.value = str(key), str(value)
+            pairs.append(pair)
+        item.values = pairs
+        msg.status.append(item)
+    return msg
+
+
+def _write_header(stamp: int, frame: str, header: Any) -> None:
+    write_stamp(stamp, header.stamp)
+    header.frame_id = frame
+
+
+def _write_pose(pose: FloatArray, msg: Any) -> None:
+    position, turn = msg.position, msg.orientation
+    position.x, position.y, position.z = float(pose[0]), float(pose[1]), 0.0
+    turn.x, turn.y, turn.z, turn.w = quaternion_of_yaw(float(pose[2]))
+
+
+def _write_twist(twist: FloatArray, msg: Any) -> None:
+    msg.linear.x, msg.linear.y, msg.linear.z = float(twist[0]), float(twist[1]), 0.0
+    msg.angular.x, msg.angular.y, msg.angular.z = 0.0, 0.0, float(twist[2])
+
+
+def _absent() -> FloatArray:
+    covariance = np.zeros(9)
+    covariance[0] = -1.0
+    return covariance
+
+
+def _isotropic(values: FloatArray, variance: float) -> FloatArray:
+    return _absent() if bool(np.isnan(values).any()) else (np.eye(3) * variance).ravel()
