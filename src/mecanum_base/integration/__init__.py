@@ -1,0 +1,1 @@
+"""Bridges to other people's files: controller YAML, URDF, access policies."""
