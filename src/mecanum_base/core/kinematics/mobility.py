@@ -7,18 +7,20 @@ one motion costs no wheel rate and no wheel can resist it, the self-motion:
     axes parallel at b:  translation across the axes,  V ~ (-sin b, cos b, 0)
 
 Conditioning is judged on H with lengths scaled by the mean distance of the wheels from their
-centre, so that the verdict does not depend on the unit of length.
+centre, so that the verdict does not depend on the unit of length. Both the nominal H and the one
+with the mean contact correction are judged; the worse counts.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from mecanum_base.core.errors import GeometryError
+from mecanum_base.core.kinematics.lines import name_motion
 from mecanum_base.core.kinematics.matrix import wheels_from_body
+from mecanum_base.core.kinematics.mounting import mirrored
 from mecanum_base.core.kinematics.solve import parity_basis
 from mecanum_base.core.kinematics.wheels import MIN_WHEELS, Wheels
 from mecanum_base.core.parameter import FloatArray
@@ -46,10 +48,18 @@ class Mobility:
 
 
 def assess(wheels: Wheels) -> Mobility:
-    """Rank, redundancy and conditioning of the wheel set, the self-motion named if there is one."""
-    matrix = wheels_from_body(wheels)
+    """Rank, redundancy and conditioning of the wheel set; a self-motion is named."""
+    rank, condition, weakest = min(
+        (_decompose(wheels, wheels_from_body(wheels, corrected=corrected))
+         for corrected in (False, True)), key=lambda found: found[1])
+    return Mobility(rank, wheels.count - rank, condition, weakest,
+                    weakest if rank < 3 else None, _sentence(wheels, rank, condition, weakest))
+
+
+def _decompose(wheels: Wheels, matrix: FloatArray) -> tuple[int, float, FloatArray]:
+    """Rank, condition and weakest twist (3,) of H, lengths scaled by the reach of the wheels."""
     centre = np.array([np.mean(wheels.x), np.mean(wheels.y)])
-    reach = float(np.mean(np.hypot(wheels.x - centre[0], wheels.y - centre[1]))) or 1.0
+    reach = _reach(wheels)
     # twist of the wheels' centre, yaw rate scaled by the reach: V = shift @ scaled
     shift = np.array([[1.0, 0.0, centre[1] / reach], [0.0, 1.0, -centre[0] / reach],
                       [0.0, 0.0, 1.0 / reach]])
@@ -57,20 +67,13 @@ def assess(wheels: Wheels) -> Mobility:
     _, singular, right = np.linalg.svd(scaled)
     singular = np.concatenate([singular, np.zeros(3 - len(singular))])
     rank = int(np.sum(singular > SINGULAR * singular[0]))
-    weakest = shift @ right[2]
-    free = weakest if rank < 3 else None
-    return Mobility(rank, wheels.count - rank, float(singular[2] / singular[0]), weakest, free,
-                    _sentence(wheels, rank, float(singular[2] / singular[0]), weakest))
+    return rank, float(singular[2] / singular[0]), shift @ right[2]
 
 
-def describe_motion(twist: FloatArray, reach: float = 1.0) -> str:
-    """A twist direction in words: a rotation about a point or a translation along a bearing."""
-    turn = float(twist[2]) * reach
-    if abs(turn) > 1e-6 * math.hypot(float(twist[0]), float(twist[1]), turn):
-        centre_x, centre_y = -twist[1] / twist[2], twist[0] / twist[2]
-        return f'rotation about the point ({centre_x + 0.0:.4g}, {centre_y + 0.0:.4g}) m'
-    bearing = math.degrees(math.atan2(twist[1], twist[0])) % 180.0
-    return f'translation along the bearing {bearing:.4g} deg'
+def _reach(wheels: Wheels) -> float:
+    """Mean distance of the wheels from their centre [m]; 1 where they coincide."""
+    return float(np.mean(np.hypot(wheels.x - np.mean(wheels.x),
+                                  wheels.y - np.mean(wheels.y)))) or 1.0
 
 
 def _sentence(wheels: Wheels, rank: int, condition: float, weakest: FloatArray) -> str:
@@ -79,20 +82,21 @@ def _sentence(wheels: Wheels, rank: int, condition: float, weakest: FloatArray) 
         return ('every motion is driven and held; '
                 + (f'{spare} redundant wheel equation{"s" if spare > 1 else ""}' if spare
                    else 'no redundancy: the encoders alone cannot show slip'))
-    motion = describe_motion(weakest)
+    motion = name_motion(weakest, _reach(wheels))
     if rank == 3:
-        return f'nearly singular: {motion} is hardly driven (condition {condition:.3g})'
-    reason = ('all roller axes meet in that point' if 'rotation' in motion
+        return f'nearly singular: {motion.text()} is hardly driven (condition {condition:.3g})'
+    reason = ('all roller axes meet in that point' if motion.kind == 'rotation'
               else 'all roller axes are parallel, across that bearing')
     extra = '' if rank == 2 else f' (and {2 - rank} more free motion)'
-    return f'no wheel drives or resists the {motion}: {reason}{extra}{_mirror_hint(wheels)}'
+    return f'no wheel drives or resists the {motion.text()}: {reason}{extra}{_mirror_hint(wheels)}'
 
 
 def _mirror_hint(wheels: Wheels) -> str:
-    mirrored = Wheels(wheels.joint, wheels.x, wheels.y, wheels.axle, -wheels.roller, wheels.radius)
-    matrix = wheels_from_body(mirrored)
-    if np.linalg.matrix_rank(matrix, tol=SINGULAR * np.linalg.norm(matrix)) == 3:
-        return '; with the rollers mirrored (left and right wheels swapped) the base is sound'
+    rank, condition, _ = _decompose(wheels, wheels_from_body(mirrored(wheels)))
+    if rank == 3 and condition >= POOR:
+        swap = np.ptp(np.sin(wheels.axle)) < SINGULAR and np.ptp(np.cos(wheels.axle)) < SINGULAR
+        how = ' (left and right wheels swapped)' if swap else ''
+        return f'; with the rollers mirrored{how} the base is sound'
     return ''
 
 

@@ -17,6 +17,7 @@ from mecanum_base.core.kinematics.wheels import Wheels
 from mecanum_base.core.parameter import FloatArray
 
 WEIGHTINGS = ('rate', 'slip')
+LARGEST = 1.0 - 1e-9  # entries this close to the largest count as equal: the first one wins
 
 
 def weights(wheels: Wheels, weighting: str = 'rate') -> FloatArray:
@@ -31,11 +32,8 @@ def weights(wheels: Wheels, weighting: str = 'rate') -> FloatArray:
 
 def body_from_wheels(matrix: FloatArray, weight: FloatArray | None = None) -> FloatArray:
     """Forward matrix (3, W) of H (W, 3): twist = body_from_wheels(H) @ rates (G eq. 18)."""
-    if weight is None:
-        inverse: FloatArray = np.linalg.pinv(matrix).astype(np.float64, copy=False)
-        return inverse
-    root = np.sqrt(weight)[:, None]
-    inverse = np.linalg.pinv(root * matrix) * root[:, 0]
+    root = np.ones(matrix.shape[0]) if weight is None else np.sqrt(weight)
+    inverse: FloatArray = np.linalg.pinv(root[:, None] * matrix) * root
     return inverse
 
 
@@ -51,3 +49,18 @@ def parity_basis(matrix: FloatArray) -> FloatArray:
     rank = int(np.sum(singular > singular[0] * 1e-9))
     basis: FloatArray = left[:, rank:].T
     return basis
+
+
+def null_vector(matrix: FloatArray) -> FloatArray:
+    """n (W,) with n @ H = 0, largest entry +1, for a base with one redundant wheel.
+
+    For the rectangular mecanum base in the order FL, FR, RL, RR it is (1, 1, -1, -1), and n @ u
+    is the parity of models.md 1.1. Raises ValueError where H (W, 3) has no or several of them.
+    """
+    basis = parity_basis(matrix)
+    if len(basis) != 1:
+        raise ValueError(f'{len(basis)} parities, not one: use parity_basis')
+    size = np.abs(basis[0])
+    largest = int(np.argmax(size > LARGEST * np.max(size)))
+    vector: FloatArray = basis[0] / basis[0][largest]
+    return vector

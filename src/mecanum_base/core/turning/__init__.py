@@ -1,0 +1,1 @@
+"""Turning: instantaneous centres, pivots and two-wheel turns (source T eq. 24-33, corrected)."""
