@@ -1,0 +1,125 @@
+"""Run the estimator of the odometry node over a recording and write its tracks.
+
+Recorded samples go to the estimator in log order, exactly as they reached the live node; it puts
+them in the order of their stamps itself. The end of the recording flushes it.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from mecanum_base.bag.block import NANOSECONDS
+from mecanum_base.bag.reader import Bag
+from mecanum_base.bag.stream import SampleReader
+from mecanum_base.bag.topics import STREAMS, Topics, advice
+from mecanum_base.bag.track import TrackWriter
+from mecanum_base.core.errors import BagError
+from mecanum_base.core.estimation.estimator import Estimator
+from mecanum_base.core.records import Estimate
+from mecanum_base.robot import Robot
+
+Step = Callable[[float, float], None]  # share of the bytes read, seconds of data done
+
+
+@dataclass(slots=True)
+class Course:
+    """What is kept of the track while it is written: ends, path length, number of rows."""
+
+    first_ns: int | None = None
+    last: Estimate | None = None
+    path: float = 0.0  # [m] integral of the speed
+    rows: int = 0
+
+    def add(self, estimate: Estimate) -> None:
+        """Take in one estimate."""
+        if self.last is None:
+            self.first_ns = estimate.stamp_ns
+        else:
+            step = (estimate.stamp_ns - self.last.stamp_ns) / NANOSECONDS
+            if step > 0.0:
+                self.path += step * 0.5 * (_speed(self.last) + _speed(estimate))
+        self.last = estimate
+        self.rows += 1
+
+    @property
+    def seconds(self) -> float:
+        """Time from the first to the last estimate."""
+        if self.last is None or self.first_ns is None:
+            return 0.0
+        return (self.last.stamp_ns - self.first_ns) / NANOSECONDS
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Replayed:
+    """The outcome of one replay."""
+
+    bag: Bag
+    reader: SampleReader
+    estimator: Any
+    course: Course
+    wall_seconds: float
+
+
+def replay(paths: list[str], robot: Robot, out: str | os.PathLike[str], topics: Topics,
+           step: Step | None = None) -> Replayed:
+    """Replay the recording ``paths`` into the folder ``out``.
+
+    Raises BagError where the recording cannot be read or holds no encoder messages.
+    """
+    begin = time.perf_counter()
+    with Bag(paths) as bag:
+        estimator = Estimator(robot.base, robot.encoder, robot.imu, robot.estimator)
+        reader = SampleReader(robot.base.joint, topics, estimator.reject)
+        course = Course()
+        writer: TrackWriter | None = None
+        try:
+            for block in bag.blocks(lambda channel: topics.stream(channel) is not None):
+                batch = reader.batch(block)
+                if writer is None and any(reader.read.values()):
+                    writer = TrackWriter(out, robot.base.joint)
+                for sample in batch.samples():
+                    for estimate in estimator.handle(sample):
+                        _take(estimate, writer, course)
+                if step is not None:
+                    step(bag.read_bytes / max(bag.piece_bytes, 1), course.seconds)
+            require_encoder(bag, reader, topics)
+            for estimate in estimator.flush():
+                _take(estimate, writer, course)
+        finally:
+            if writer is not None:
+                writer.close()
+        return Replayed(bag, reader, estimator, course, time.perf_counter() - begin)
+
+
+def require_encoder(bag: Bag, reader: SampleReader, topics: Topics) -> None:
+    """BagError with advice where no encoder message was read or none names a wheel."""
+    count = reader.read['joint_states'] + reader.read['wheel_ticks']
+    name = ', '.join(bag.paths)
+    if not count:
+        assert topics.encoder is not None
+        raise BagError(f'{name}: {advice("encoder", topics.encoder, bag.counts)}')
+    if reader.foreign == count:
+        raise BagError(f'{name}: none of {count} messages on {topics.encoder} names a wheel of '
+                       f'the robot file ({", ".join(reader.joints)})')
+
+
+def absent_streams(bag: Bag, topics: Topics) -> list[str]:
+    """Advice for each optional sensor stream that the recording does not have."""
+    heard = {topics.stream(channel) for channel, count in bag.counts.items() if count}
+    return [advice(name, wanted, bag.counts) for name in STREAMS
+            if name == 'imu' and (wanted := getattr(topics, name)) and name not in heard]
+
+
+def _take(estimate: Estimate, writer: TrackWriter | None, course: Course) -> None:
+    assert writer is not None
+    writer.write(estimate)
+    course.add(estimate)
+
+
+def _speed(estimate: Estimate) -> float:
+    return math.hypot(float(estimate.twist[0]), float(estimate.twist[1]))

@@ -1,0 +1,157 @@
+"""Write estimates as files: odometry.tum, track.csv and slip.csv (one row per estimate).
+
+Used by the odometry node and by ``mecanum replay`` alike, so that equal estimates give equal
+bytes. Numbers are written exactly (:mod:`mecanum_base.bag.number_text`), stamps with all nine
+decimals. Rows are gathered and written in groups; memory does not grow.
+"""
+
+from __future__ import annotations
+
+import os
+import pathlib
+from collections.abc import Sequence
+from types import TracebackType
+from typing import BinaryIO
+
+import numpy as np
+
+from mecanum_base.bag.number_text import Bytes, float_text, squeezed, stamp_text
+from mecanum_base.core.errors import BagError
+from mecanum_base.core.parameter import FloatArray, IntArray
+from mecanum_base.core.records import Estimate
+
+TRACK_COLUMNS = ('stamp', 'x', 'y', 'yaw', 'vx', 'vy', 'wz', 'cov_xx', 'cov_xy', 'cov_yy',
+                 'cov_xyaw', 'cov_yyaw', 'cov_yawyaw', 'source')
+SOURCES = ('encoder', 'predicted')
+_COVARIANCE = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
+_ROWS = 2048
+_NUMBERS = 12  # of one track row, between stamp and source
+
+
+def slip_columns(joints: Sequence[str]) -> tuple[str, ...]:
+    """Header of slip.csv."""
+    columns = ['stamp']
+    for joint in joints:
+        columns += [f'{joint}.slip_rate', f'{joint}.probability']
+    return (*columns, 'body.probability')
+
+
+class TrackWriter:
+    """Writes the three files into a folder; a context manager. BagError where it cannot write."""
+
+    def __init__(self, folder: str | os.PathLike[str], joints: Sequence[str]) -> None:
+        """Create ``folder`` and the files; ``joints`` name the wheels in wheel order."""
+        place = pathlib.Path(folder)
+        self._files: list[BinaryIO] = []
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+            for name in ('odometry.tum', 'track.csv', 'slip.csv'):
+                self._files.append(open(place / name, 'wb'))
+        except OSError as error:
+            self._shut()
+            raise BagError(f'{folder}: cannot be written: {error.strerror}') from None
+        self._wheels = len(joints)
+        self._files[1].write((','.join(TRACK_COLUMNS) + '\n').encode())
+        self._files[2].write((_csv_row(slip_columns(joints)) + '\n').encode())
+        self._stamp = np.zeros(_ROWS, dtype=np.int64)
+        self._track = np.zeros((_ROWS, _NUMBERS))
+        self._slip = np.zeros((_ROWS, 2 * self._wheels + 1))
+        self._predicted = np.zeros(_ROWS, dtype=bool)
+        self._count = 0
+        self.rows = 0
+
+    def write(self, estimate: Estimate) -> None:
+        """Add one estimate."""
+        index = self._count
+        row, slip, covariance = self._track[index], self._slip[index], estimate.pose_covariance
+        self._stamp[index] = estimate.stamp_ns
+        row[0:3] = estimate.pose
+        row[3:6] = estimate.twist
+        for column, (i, j) in enumerate(_COVARIANCE, start=6):
+            row[column] = covariance[i, j]
+        slip[0:-1:2] = estimate.slip.rate
+        slip[1:-1:2] = estimate.slip.probability
+        slip[-1] = estimate.slip.body_probability
+        self._predicted[index] = estimate.source != SOURCES[0]
+        self._count += 1
+        if self._count == _ROWS:
+            self.flush()
+
+    def write_rows(self, stamp_ns: IntArray, track: FloatArray, slip: FloatArray,
+                   predicted: FloatArray) -> None:
+        """Add many rows at once: stamp (N,) ns, track (N, 12) and slip (N, 2W + 1) in the order
+        of the columns, predicted (N,) bool."""
+        done = 0
+        while done < len(stamp_ns):
+            part = slice(done, done + min(_ROWS - self._count, len(stamp_ns) - done))
+            into = slice(self._count, self._count + part.stop - part.start)
+            self._stamp[into], self._track[into] = stamp_ns[part], track[part]
+            self._slip[into], self._predicted[into] = slip[part], predicted[part]
+            self._count, done = into.stop, part.stop
+            if self._count == _ROWS:
+                self.flush()
+
+    def flush(self) -> None:
+        """Hand all rows gathered so far to the operating system."""
+        count, self._count = self._count, 0
+        if count:
+            self.rows += count
+            stamp = stamp_text(self._stamp[:count])
+            track = _texts(self._track[:count])
+            half = self._track[:count, 2] / 2.0
+            turn = _texts(np.column_stack([np.sin(half), np.cos(half)]))
+            zero = np.broadcast_to(np.frombuffer(b'0.0', dtype=np.uint8), (count, 3))
+            source = np.array(SOURCES, dtype='S')[self._predicted[:count].astype(int)]
+            words = source.view(np.uint8).reshape(count, -1)
+            self._files[0].write(_joined([stamp, track[0], track[1], zero, zero, zero, *turn],
+                                         ' '))
+            self._files[1].write(_joined([stamp, *track, words], ','))
+            self._files[2].write(_joined([stamp, *_texts(self._slip[:count])], ','))
+        for file in self._files:
+            file.flush()
+
+    def close(self) -> None:
+        """Write what is left and close the files."""
+        if self._files:
+            try:
+                self.flush()
+            finally:
+                self._shut()
+
+    def __enter__(self) -> TrackWriter:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.close()
+
+    def _shut(self) -> None:
+        for file in self._files:
+            file.close()
+        self._files = []
+
+
+def _texts(values: FloatArray) -> list[Bytes]:
+    """Text of each column of (N, C)."""
+    text = float_text(np.ascontiguousarray(values.T).reshape(-1))
+    rows, columns = values.shape
+    return list(text.reshape(columns, rows, text.shape[1]))
+
+
+def _joined(cells: Sequence[Bytes], separator: str) -> bytes:
+    rows = len(cells[0])
+    width = sum(cell.shape[1] + 1 for cell in cells)
+    text: Bytes = np.zeros((rows, width), dtype=np.uint8)
+    at = 0
+    for cell in cells:
+        text[:, at:at + cell.shape[1]] = cell
+        at += cell.shape[1] + 1
+        text[:, at - 1] = ord(separator)
+    text[:, -1] = ord('\n')
+    return squeezed(text)
+
+
+def _csv_row(words: Sequence[str]) -> str:
+    """A CSV header; a joint name with a comma or quote is quoted (RFC 4180)."""
+    return ','.join('"' + w.replace('"', '""') + '"' if set(w) & set(',"\r\n') else w
+                    for w in words)
