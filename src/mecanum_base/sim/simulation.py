@@ -1,0 +1,219 @@
+"""The simulated hardware: commands in, sensor readings and truth out, in order of publication.
+
+Time is simulated time in whole nanoseconds; the same seed and the same commands at the same times
+give the same readings. Nothing here waits, reads a clock or knows ROS.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from mecanum_base.core.errors import ConfigError
+from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
+from mecanum_base.core.parameter import FloatArray
+from mecanum_base.core.records import ImuSample, TickSample, WheelSample
+from mecanum_base.sim import layout as at
+from mecanum_base.sim.body import Base, make_body
+from mecanum_base.sim.config import SimConfig
+from mecanum_base.sim.encoder import Encoders
+from mecanum_base.sim.engine import choose
+from mecanum_base.sim.faults import Event
+from mecanum_base.sim.inertial import Inertial
+from mecanum_base.sim.injection import Injection
+from mecanum_base.sim.plant import Plant
+from mecanum_base.sim.records import Published, Reading, Truth
+from mecanum_base.sim.scenario import Scenario
+from mecanum_base.sim.transport import Transport
+
+NANOSECONDS = 1_000_000_000
+_NEVER = 1 << 62
+
+
+class Simulation:
+    """One robot on one floor.
+
+    ``base``, ``encoder`` and ``imu`` are blocks of the robot file, ``sim`` its block ``sim``;
+    ``scenario`` gives floor and events. Simulated time starts at ``start_ns``.
+    """
+
+    def __init__(self, base: Base, encoder: EncoderConfig, imu: ImuConfig, sim: SimConfig,
+                 scenario: Scenario | None = None, start_ns: int = 0) -> None:
+        self.scenario = scenario or Scenario()
+        self.config, self.start_ns = sim, start_ns
+        step_ns = round(NANOSECONDS / sim.physics_rate)
+        self._step_ns = step_ns
+        self._inertial = Inertial(imu, sim)
+        body = make_body(base, sim, imu.xyz)
+        if self._inertial.bandwidth > 0.0:
+            lag = 2.0 * math.pi * self._inertial.bandwidth * step_ns / NANOSECONDS
+            body.constants[at.IMU_FILTER] = 1.0 - math.exp(-lag)
+        self.plant = Plant(body, self.scenario.floor, step=step_ns / NANOSECONDS,
+                           engine=choose(sim.engine, prefer_numba=False), seed=sim.seed)
+        self._encoders = Encoders(encoder, body.count, sim.seed)
+        self._transport = Transport(sim)
+        self._injection = Injection(self.scenario.events, body.count)
+        self._limit = [float(v) for v in body.max_speed]
+        self._rates = (sim.imu_rate, sim.encoder_rate, sim.truth_rate)
+        self._radius = float(np.mean(body.wheels[at.W_RADIUS::at.WHEEL]))
+        self._begin()
+        if sim.fault != 'none':
+            self.set_fault(sim.fault, tuple(int(v) for v in sim.fault_wheels),
+                           sim.fault_value or None)
+
+    def _begin(self) -> None:
+        self._steps = 0
+        self._index = [0, 0, 0]  # number of the next IMU, encoder and truth sample
+        self._next = [0, 0, 0]  # physics step at which it is taken
+        self._quiet = _NEVER  # step at which the command times out
+        self._change = 0  # step at which events begin or end
+        self._sequence = 0
+        self._queue: list[tuple[int, int, Reading]] = []
+        self._frozen: tuple[list[float], list[float]] | None = None
+        self._encoders.restart(self.plant.column(at.T_ANGLE))
+
+    @property
+    def now_ns(self) -> int:
+        """Simulated time reached (ns)."""
+        return self.start_ns + self._steps * self._step_ns
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Wheel joints in the order of all wheel arrays."""
+        return self.plant.body.joints
+
+    def command(self, rates: Sequence[float] | FloatArray) -> None:
+        """Set wanted wheel rates (W,) rad/s, in the wheels' own positive sense.
+
+        Rates beyond ``max_speed`` are cut, NaN or infinite ones keep the wheel's last command; the
+        whole command is ignored while the fault command_loss is active.
+        """
+        if len(rates) != len(self._limit):
+            raise ConfigError('rates', [float(v) for v in rates],
+                              f'must have one entry a wheel ({len(self._limit)})', 'rad/s')
+        if 'command_loss' in self._injection.active:
+            return
+        for i, (rate, limit) in enumerate(zip(rates, self._limit)):
+            value = float(rate)
+            if math.isfinite(value):
+                self.plant.inputs[i * at.INPUT + at.I_RATE] = min(max(value, -limit), limit)
+        self._quiet = self._steps + round(
+            self.config.command_timeout * NANOSECONDS / self._step_ns)
+
+    def inject(self, kind: str, duration: float, wheels: tuple[int, ...] = (),
+               value: float | FloatArray | None = None) -> Event:
+        """Let a fault or disturbance of :mod:`faults` act from now on for ``duration`` [s]."""
+        event = self._injection.add(kind, self._elapsed(), duration, wheels, value)
+        self._change = self._steps
+        return event
+
+    def set_fault(self, kind: str, wheels: tuple[int, ...] = (),
+                  value: float | None = None) -> None:
+        """Switch the one fault of the parameter ``sim.fault`` to ``kind`` ('none' = off)."""
+        self._injection.hold(kind, self._elapsed(), wheels, value)
+        self._change = self._steps
+
+    def reset(self) -> None:
+        """Put the robot back at its start, at rest, in the present of simulated time."""
+        now = self.now_ns
+        self.plant.restart()
+        self._inertial.restart()
+        self._transport.restart()
+        self._injection.restart()
+        self._begin()
+        self.start_ns = now
+
+    def advance(self, until_ns: int) -> tuple[Reading, ...]:
+        """Run up to ``until_ns``; readings published meanwhile, in order of publication."""
+        return tuple(item.reading for item in self.advance_published(until_ns))
+
+    def advance_published(self, until_ns: int) -> tuple[Published, ...]:
+        """As :meth:`advance`, with the time of publication of each reading."""
+        last = (until_ns - self.start_ns) // self._step_ns
+        while True:
+            if self._steps >= self._change:
+                change = self._injection.apply(self.plant, self._encoders, self._elapsed())
+                self._change = -(-change // self._step_ns)
+            if self._steps >= self._quiet:
+                self._stop()
+            self._measure()
+            if self._steps >= last:
+                break
+            stop = min(last, self._change, self._quiet, *self._next)
+            self.plant.advance(stop - self._steps)
+            self._steps = stop
+        out = []
+        while self._queue and self._queue[0][0] <= until_ns:
+            at_ns, _, reading = heapq.heappop(self._queue)
+            out.append(Published(at_ns, reading))
+        return tuple(out)
+
+    def truth(self) -> Truth:
+        """The true motion now."""
+        plant = self.plant
+        return Truth(self.now_ns, np.array(plant.pose), np.array(plant.twist),
+                     np.array(plant.column(at.T_SLIP_RATE)),
+                     np.array(plant.column(at.T_SLIP_ANGLE)))
+
+    def _elapsed(self) -> int:
+        return self._steps * self._step_ns
+
+    def _stop(self) -> None:
+        for row in range(0, len(self.plant.inputs), at.INPUT):
+            self.plant.inputs[row + at.I_RATE] = 0.0
+        self._quiet = _NEVER
+
+    def _measure(self) -> None:
+        for kind, take in enumerate((self._take_imu, self._take_encoder, self._take_truth)):
+            if self._next[kind] <= self._steps:
+                take(self._index[kind])
+                self._index[kind] += 1
+                self._next[kind] = math.ceil(
+                    self._index[kind] * NANOSECONDS / (self._rates[kind] * self._step_ns) - 1e-9)
+
+    def _publish(self, elapsed_ns: int, reading: Reading) -> None:
+        self._sequence += 1
+        heapq.heappush(self._queue, (self.start_ns + elapsed_ns, self._sequence, reading))
+
+    def _take_imu(self, index: int) -> None:
+        state, active = self.plant.state, self._injection.active
+        speed = sum(abs(rate) for rate in self.plant.column(at.T_RATE)) * self._radius / len(
+            self._limit)
+        gyro, accel = self._inertial.read(
+            (state[at.S_GX], state[at.S_GY], state[at.S_GZ]),
+            (state[at.S_AX], state[at.S_AY], state[at.S_AZ]), speed)
+        if 'imu_frozen' in active:
+            self._frozen = self._frozen or (gyro, accel)
+            gyro, accel = self._frozen
+        else:
+            self._frozen = None
+        if 'imu_rotated' in active:
+            gyro, accel = (_turned(v, active['imu_rotated'].value) for v in (gyro, accel))
+        if 'imu_nan' in active:
+            gyro, accel = [math.nan] * 3, [math.nan] * 3
+        stamp, published = self._transport.imu(self._elapsed(), index, active)
+        if published is not None:
+            offset = self.start_ns + self._injection.clock_offset_ns
+            self._publish(published, ImuSample(stamp + offset, np.array(gyro), np.array(accel)))
+
+    def _take_encoder(self, index: int) -> None:
+        self._encoders.update(self.plant.column(at.T_ANGLE), self._injection.gains)
+        stamp, published = self._transport.encoder(self._elapsed(), index, self._injection.active)
+        if published is not None:
+            offset = self.start_ns + self._injection.clock_offset_ns
+            self._publish(published, WheelSample(
+                stamp + offset, self._encoders.position(),
+                self._encoders.velocity(1.0 / self.config.encoder_rate)))
+            self._publish(published, TickSample(published + offset, self._encoders.ticks()))
+
+    def _take_truth(self, index: int) -> None:
+        self._publish(self._elapsed(), self.truth())
+
+
+def _turned(vector: list[float], angle: float) -> list[float]:
+    c, s = math.cos(angle), math.sin(angle)
+    x, y, z = vector
+    return [c * x - s * y, s * x + c * y, z]
