@@ -31,7 +31,7 @@ PAPER_ERROR = 0.04  # m, as reported by source D
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """Pose source of the paper: ``rate`` Hz; quanta ``pixel`` m, ``angle`` rad; ``delay`` frames."""
+    """Camera of the paper: ``rate`` Hz, quanta ``pixel`` m and ``angle`` rad, ``delay`` frames."""
 
     rate: float = 30.0
     pixel: float = 0.0025
@@ -78,7 +78,7 @@ def run(base: Wheels | Carriers, field: GoalField, path: CircleSpin, *, duration
         start: FloatArray | None = None, settled: float = 0.0) -> Run:
     """Follow ``path`` for ``duration`` s in steps of ``step`` s, from ``start`` (3,) or the path.
 
-    ``feed_forward`` None = as in the settings of the field. Without ``camera`` the controller sees
+    ``feed_forward`` None: as the field is set. Without ``camera`` the controller sees
     the true pose at every step. Between steps the wheel rates are constant.
     """
     leads = field.config.feed_forward if feed_forward is None else feed_forward
