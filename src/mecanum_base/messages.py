@@ -89,6 +89,15 @@ def command_sample(msg: Any, joints: tuple[str, ...]) -> CommandSample | None:
     return None if sample is None else CommandSample(sample.stamp_ns, sample.velocity)
 
 
+def rates_of_array(msg: Any, order: tuple[str, ...], joints: tuple[str, ...]) -> FloatArray:
+    """Wheel rates (W,) of a std_msgs/Float64MultiArray whose entries follow ``order``."""
+    if len(msg.data) != len(order):
+        raise MalformedMessage(f'wheel_commands has {len(msg.data)} entries instead of '
+                               f'{len(order)}')
+    by_name = {name: float(value) for name, value in zip(order, msg.data)}
+    return np.array([by_name.get(joint, math.nan) for joint in joints])
+
+
 def pose_sample(msg: Any) -> PoseSample:
     """Pose and covariance (x, y, yaw) of a geometry_msgs/PoseWithCovarianceStamped."""
     pose = msg.pose.pose
@@ -224,10 +233,12 @@ def write_imu(sample: ImuSample, msg: Any, imu_frame: str, gyro_variance: float 
     _write_header(sample.stamp_ns, imu_frame, msg.header)
     for vector, values in ((msg.angular_velocity, sample.gyro),
                            (msg.linear_acceleration, sample.accel)):
-        vector.x, vector.y, vector.z = (float(v) for v in np.nan_to_num(values))
-    msg.orientation_covariance = _absent()
-    msg.angular_velocity_covariance = _isotropic(sample.gyro, gyro_variance)
-    msg.linear_acceleration_covariance = _isotropic(sample.accel, accel_variance)
+        vector.x, vector.y, vector.z = (float(v) for v in values)
+    absent = np.zeros(9)
+    absent[0] = -1.0
+    msg.orientation_covariance = absent
+    msg.angular_velocity_covariance = (np.eye(3) * gyro_variance).ravel()
+    msg.linear_acceleration_covariance = (np.eye(3) * accel_variance).ravel()
     return msg
 
 
@@ -264,6 +275,34 @@ def write_diagnostics(stamp: int, statuses: Sequence[Any], msg: Any, status: Cal
     return msg
 
 
+def command_twist(msg: Any) -> tuple[FloatArray, FloatArray]:
+    """(linear (3,) m/s, angular (3,) rad/s) of a geometry_msgs/Twist or TwistStamped."""
+    twist = getattr(msg, 'twist', msg)
+    linear, angular = twist.linear, twist.angular
+    return (np.array([float(linear.x), float(linear.y), float(linear.z)]),
+            np.array([float(angular.x), float(angular.y), float(angular.z)]))
+
+
+def write_wheel_rates(stamp: int, rates: FloatArray, msg: Any, joints: Sequence[str]) -> Any:
+    """Fill a sensor_msgs/JointState with commanded rates [rad/s] by joint name."""
+    write_stamp(stamp, msg.header.stamp)
+    msg.name, msg.velocity = list(joints), rates.tolist()
+    return msg
+
+
+def write_rate_array(rates: FloatArray, msg: Any) -> Any:
+    """Fill a std_msgs/Float64MultiArray with commanded rates [rad/s]."""
+    msg.data = rates.tolist()
+    return msg
+
+
+def write_twist(stamp: int, twist: FloatArray, msg: Any, frame: str) -> Any:
+    """Fill a geometry_msgs/TwistStamped with a twist (3,)."""
+    _write_header(stamp, frame, msg.header)
+    _write_twist(twist, msg.twist)
+    return msg
+
+
 def _write_header(stamp: int, frame: str, header: Any) -> None:
     write_stamp(stamp, header.stamp)
     header.frame_id = frame
@@ -280,11 +319,46 @@ def _write_twist(twist: FloatArray, msg: Any) -> None:
     msg.angular.x, msg.angular.y, msg.angular.z = 0.0, 0.0, float(twist[2])
 
 
-def _absent() -> FloatArray:
-    covariance = np.zeros(9)
-    covariance[0] = -1.0
-    return covariance
+# --- goals and obstacles ----------------------------------------------------------------------
+
+def frame_of(msg: Any) -> str:
+    """Frame name of a stamped message, without a leading slash."""
+    return str(msg.header.frame_id).lstrip('/')
 
 
-def _isotropic(values: FloatArray, variance: float) -> FloatArray:
-    return _absent() if bool(np.isnan(values).any()) else (np.eye(3) * variance).ravel()
+def planar_pose(pose: Any) -> FloatArray:
+    """Pose (3,) (x, y, yaw) of a geometry_msgs/Pose; raises MalformedMessage for NaN."""
+    found = np.array([float(pose.position.x), float(pose.position.y), yaw_of(pose.orientation)])
+    if not np.all(np.isfinite(found)):
+        raise MalformedMessage('pose is not finite')
+    return found
+
+
+def obstacle_points(msg: Any) -> FloatArray:
+    """Points (N, 2) of a geometry_msgs/PoseArray in its own frame; those not finite left out."""
+    points = np.array([[float(p.position.x), float(p.position.y)] for p in msg.poses])
+    points = points.reshape(-1, 2)
+    return points[np.all(np.isfinite(points), axis=1)]
+
+
+def scan_points(msg: Any) -> FloatArray:
+    """Points (N, 2) that a sensor_msgs/LaserScan hit, in its own frame."""
+    ranges = np.array(msg.ranges, dtype=np.float64)
+    angles = float(msg.angle_min) + float(msg.angle_increment) * np.arange(len(ranges))
+    with np.errstate(invalid='ignore'):
+        hit = (ranges >= float(msg.range_min)) & (ranges <= float(msg.range_max))
+    hit &= np.isfinite(ranges)
+    return np.stack([ranges[hit] * np.cos(angles[hit]), ranges[hit] * np.sin(angles[hit])], axis=1)
+
+
+def write_twist(twist: FloatArray, msg: Any) -> Any:
+    """Fill a geometry_msgs/Twist from a twist (3,)."""
+    _write_twist(twist, msg)
+    return msg
+
+
+def write_stamped_twist(twist: FloatArray, stamp: int, frame: str, msg: Any) -> Any:
+    """Fill a geometry_msgs/TwistStamped from a twist (3,)."""
+    _write_header(stamp, frame, msg.header)
+    _write_twist(twist, msg.twist)
+    return msg

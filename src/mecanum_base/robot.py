@@ -61,6 +61,10 @@ BLOCKS: dict[str, type[Any]] = {
 }
 
 
+SHORT_NAMES = ('cmd_vel_type', 'cmd_vel_reliability', 'command_type')
+"""Keys of block ``drive`` that may also stand outside it, as the interface contract names them."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Robot:
     """Everything the robot file says; ``base`` is the wheel or the carrier table."""
@@ -79,6 +83,7 @@ class Robot:
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any], *, strict: bool = False) -> Robot:
         """Check and assemble; raises ConfigError (GeometryError for a base that cannot drive)."""
+        mapping = _with_short_names(mapping)
         frame_rules = rules(FrameConfig)
         ignored = tuple(str(k) for k in mapping if k not in BLOCKS and k not in frame_rules)
         if ignored and strict:
@@ -102,11 +107,27 @@ class Robot:
             blocks['encoder'].for_wheels(base.count)
         except ConfigError as error:
             raise error.under('encoder') from None
+        try:
+            blocks['drive'].order_of(base.joint)
+        except ConfigError as error:
+            raise error.under('drive') from None
         return cls(base=base, frames=frames, ignored=ignored, **blocks)
 
     def replace(self, **changes: Any) -> Robot:
         """A copy with some blocks replaced."""
         return dataclasses.replace(self, **changes)
+
+
+def _with_short_names(mapping: Mapping[str, Any]) -> dict[str, Any]:
+    """``mapping`` with the short names moved into block ``drive``."""
+    moved = {key: value for key, value in mapping.items() if key not in SHORT_NAMES}
+    for name in SHORT_NAMES:
+        if name in mapping:
+            drive = moved.get('drive', {})
+            if not isinstance(drive, Mapping) or name in drive:
+                raise ConfigError(name, mapping[name], f'must not stand beside drive.{name}')
+            moved['drive'] = {**drive, name: mapping[name]}
+    return moved
 
 
 def all_rules() -> dict[str, Rule]:
