@@ -37,12 +37,13 @@ class Simulation:
     """One robot on one floor.
 
     ``base``, ``encoder`` and ``imu`` are blocks of the robot file, ``sim`` its block ``sim``;
-    ``scenario`` gives floor and events. Simulated time starts at ``start_ns``.
+    ``scenario`` gives floor, events and settings it replaces. Time starts at ``start_ns``.
     """
 
     def __init__(self, base: Base, encoder: EncoderConfig, imu: ImuConfig, sim: SimConfig,
                  scenario: Scenario | None = None, start_ns: int = 0) -> None:
         self.scenario = scenario or Scenario()
+        sim = self.scenario.settings(sim)
         self.config, self.start_ns = sim, start_ns
         step_ns = round(NANOSECONDS / sim.physics_rate)
         self._step_ns = step_ns
