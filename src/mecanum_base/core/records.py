@@ -19,11 +19,13 @@ class WheelSample:
 
     ``position`` (W,) rad and ``velocity`` (W,) rad/s; NaN marks a wheel the message did not name
     or a field it left empty. The robot file's sign and wrap are applied by the estimator.
+    ``hinge`` (C,) rad are measured hinge angles of a carrier base, None where there are none.
     """
 
     stamp_ns: int
     position: FloatArray
     velocity: FloatArray
+    hinge: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,10 +80,10 @@ Sample = Union[WheelSample, TickSample, ImuSample, CommandSample, PoseSample, Re
 class SlipEstimate:
     """Slip of every wheel and of the body at one stamp.
 
-    ``rate`` (W,) rad/s: wheel rate minus rolling-consistent rate; ``angle`` (W,) rad: its integral;
-    ``probability`` (W,): that the wheel slips now; ``body_probability``: that any wheel does;
-    ``ratio`` (W + 1,): Tlale's s (T eq. 4) per wheel, then of the body, NaN where undefined;
-    ``twist`` (3,): wheel twist minus body twist in base_link; ``twist_covariance`` (3, 3).
+    ``rate`` (W,) rad/s: wheel rate minus rolling-consistent rate; ``angle`` (W,) rad: its
+    integral; ``probability`` (W,): that the wheel slips now; ``body_probability``: that any
+    wheel does; ``ratio`` (W + 1,): Tlale's s (T eq. 4) per wheel, then of the body, NaN where
+    undefined; ``twist`` (3,): wheel twist minus body twist in base_link; ``twist_covariance`` (3, 3).
     """
 
     rate: FloatArray
@@ -107,3 +109,22 @@ class Estimate:
     twist: FloatArray
     twist_covariance: FloatArray
     slip: SlipEstimate
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SlipEpisode:
+    """One connected time during which the base slipped.
+
+    ``wheels`` indices in wheel order; ``kind`` one of single, diagonal, axle, side, all, several,
+    pushed, wheel jammed, encoder dead; ``probability`` highest of the body in the episode;
+    ``distance`` m that the wheels lost, along the roller axes, of the worst wheel;
+    ``peak`` m/s highest slip speed. ``end_ns`` is the last stamp so far while it lasts.
+    """
+
+    start_ns: int
+    end_ns: int
+    wheels: tuple[int, ...]
+    kind: str
+    probability: float
+    distance: float
+    peak: float

@@ -66,7 +66,7 @@ class ImuConfig:
             object.__setattr__(self, key, frozen_floats(value))
 
     def base_from_sensor(self) -> FloatArray:
-        """Rotation (3, 3) that turns sensor axes into base_link axes: Rz(yaw) Ry(pitch) Rx(roll)."""
+        """Rotation (3, 3) from sensor axes to base_link axes: Rz(yaw) Ry(pitch) Rx(roll)."""
         roll, pitch, yaw = (float(v) for v in self.rpy)
         cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
         cy, sy = math.cos(yaw), math.sin(yaw)

@@ -1,0 +1,122 @@
+"""Model and memory of one robot: the only place where configuration becomes plain numbers.
+
+Constants that are physics or taste of the filter rather than properties of a robot are written
+here with their reason; section 5 of docs/estimator.md says how flat each optimum is.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mecanum_base.core.estimation.geometry import (
+    Base,
+    carrier_table,
+    rolling_rows,
+    travel_per_radian,
+)
+from mecanum_base.core.estimation.hypotheses import Hypotheses, build
+from mecanum_base.core.estimation.layout import (
+    BAX,
+    BAY,
+    BG,
+    BLOCK,
+    CLOCK_SIZE,
+    FLAT,
+    JITTER,
+    KAX,
+    KAY,
+    KG,
+    KL,
+    KY,
+    M_SIZE,
+    PAST,
+    PX,
+    PY,
+    SLOPE,
+    VX,
+    VY,
+    WHEEL_ROWS,
+    YAW,
+    K,
+    Memory,
+)
+from mecanum_base.core.estimation.model import Model
+from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
+from mecanum_base.core.estimation.tuning import EstimatorConfig
+from mecanum_base.core.parameter import FloatArray
+from mecanum_base.core.platform.carriers import Carriers
+
+FINEST = 5e-5  # m, no encoder on wheels with rollers is better than this
+START_JITTER = 3e-4  # s
+
+
+def hypotheses_of(base: Base) -> Hypotheses:
+    """Slip hypotheses of a base with the filter's own prior (estimator.md, section 5)."""
+    return build(rolling_rows(base), single=0.18, common=0.25, spread=0.02, loose_rate=0.1,
+                 grip_rate=3.0, common_rate=1.0)
+
+
+def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: EstimatorConfig) -> Model:
+    """All constants of the filter; raises ConfigError where columns do not fit the wheels."""
+    counts, _ = encoder.for_wheels(base.count)
+    travel = travel_per_radian(base)
+    count = travel * (2.0 * math.pi / counts)
+    tables = hypotheses_of(base)
+    return Model(
+        wheels=base.count,
+        lever_x=float(imu.xyz[0]), lever_y=float(imu.xyz[1]), imu_gap=0.03,
+        gyro_noise=tuning.gyro_noise, gyro_shake=8e-4,
+        accel_noise=tuning.accel_noise, accel_shake=0.004,
+        gyro_drift=math.radians(8e-4), accel_drift=0.04, blind_turn=2.0, blind_push=0.8,
+        rolling_noise=0.003, traction_noise=0.002,
+        creep_time=0.3, creep_rest=0.0, creep_traction=0.0,
+        travel=travel, resolution=np.maximum(0.35 * count, FINEST) + 2e-5,
+        tick=np.maximum(count, FINEST),
+        late_weight=0.01,
+        member=tables.member, likely=tables.likely, change=tables.change,
+        pairs=tables.groups, onset=tables.onset,
+        loose_sigma=3.0, regrip_factor=0.01, flat_speed=0.03, extra_creep=50.0, extra_time=0.15,
+        drift_apart=0.15, patience=1.0,
+        rest_window=0.25, rest_counts=1.5, rest_gyro=0.02, rest_accel=0.25,
+        ratio_window=0.5, ratio_travel=0.05,
+        inverse=np.array(np.linalg.pinv(rolling_rows(base)), dtype=np.float64),
+        carriers=(carrier_table(base) if isinstance(base, Carriers) else np.zeros((4, 0))),
+    )
+
+
+def start_covariance(wheels: int, tuning: EstimatorConfig, resolution: FloatArray) -> FloatArray:
+    """Covariance (N, N) of a base that has just started: known pose, unknown biases."""
+    n = K + 3 * wheels
+    sigma = np.zeros(n)
+    sigma[[VX, VY]] = 0.1
+    sigma[BG] = tuning.gyro_bias_sigma
+    sigma[[BAX, BAY]] = tuning.accel_bias_sigma
+    sigma[KG], sigma[KY], sigma[KL] = (tuning.gyro_scale_sigma, tuning.lateral_sigma,
+                                       tuning.lever_sigma)
+    sigma[[KAX, KAY]] = tuning.accel_scale_sigma
+    sigma[K:K + wheels] = tuning.wheel_sigma
+    sigma[K + wheels:K + 2 * wheels] = resolution
+    covariance = np.diag(sigma ** 2)
+    covariance[K:K + wheels, K:K + wheels] += tuning.radius_sigma ** 2
+    for i in (PX, PY):
+        covariance[i, i] = 1e-8
+    covariance[YAW, YAW] = 1e-10
+    return covariance
+
+
+def memory_of(base: Base, model: Model, tuning: EstimatorConfig) -> Memory:
+    """Working memory of a base that stands at 0, 0, 0."""
+    w = model.wheels
+    n = K + 3 * w
+    m = np.zeros(M_SIZE)
+    m[JITTER] = START_JITTER ** 2
+    wheel = np.zeros((WHEEL_ROWS, w))
+    wheel[FLAT] = 1.0
+    return Memory(
+        x=np.zeros(n), P=start_covariance(w, tuning, model.resolution), m=m,
+        clock=np.zeros(CLOCK_SIZE, dtype=np.int64), rows=np.ascontiguousarray(rolling_rows(base)),
+        hinge=(np.array(base.initial_angle) if isinstance(base, Carriers) else np.zeros(0)),
+        mode=model.onset.copy(), wheel=wheel, slope=np.zeros((2 * SLOPE, w)),
+        past=np.zeros((PAST, 1 + 2 * w)), block=np.zeros((3, BLOCK)))

@@ -1,0 +1,239 @@
+"""Samples in, estimates out: the one estimator behind the live node and the replay of bags."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mecanum_base.core.estimation.encoder import WheelAngles
+from mecanum_base.core.estimation.episodes import Episodes
+from mecanum_base.core.estimation.filter import BodyFilter
+from mecanum_base.core.estimation.geometry import Base
+from mecanum_base.core.estimation.health import Counters, Health
+from mecanum_base.core.estimation.layout import (
+    BAX,
+    BAY,
+    BG,
+    FROZEN_FOR,
+    HAVE_ACCEL,
+    HAVE_GYRO,
+    JITTER,
+    SLIP,
+    STEP,
+    STILL,
+)
+from mecanum_base.core.estimation.notes import unobservable
+from mecanum_base.core.estimation.ordering import StampOrder
+from mecanum_base.core.estimation.output import estimate_of_row
+from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
+from mecanum_base.core.estimation.tuning import EstimatorConfig
+from mecanum_base.core.parameter import FloatArray
+from mecanum_base.core.platform.carriers import Carriers
+from mecanum_base.core.records import (
+    CommandSample,
+    Estimate,
+    ImuSample,
+    PoseSample,
+    ResetSample,
+    Sample,
+    SlipEpisode,
+    TickSample,
+    WheelSample,
+)
+
+NANOSECONDS = 1_000_000_000
+FASTEST_TURN = 80.0  # rad/s: no gyro reads more (4000 deg/s is 70 rad/s)
+HARDEST_PUSH = 400.0  # m/s^2
+# samples of equal stamps are taken in this order
+ORDER = {ResetSample: 0, PoseSample: 1, ImuSample: 2, CommandSample: 3, WheelSample: 4,
+         TickSample: 5}
+STREAM = {ResetSample: 'odometry_reset', PoseSample: 'set_pose', ImuSample: 'imu',
+          CommandSample: 'wheel_commands', WheelSample: 'joint_states',
+          TickSample: 'wheel_ticks'}
+
+
+class Estimator:
+    """Odometry and slip of one base; no clock, no files, no threads: time is in the samples.
+
+    ``handle`` takes any sample in order of arrival and returns the estimates that are due,
+    ``flush`` what still waits at the end of a recording. ``restart`` answers a clock that went
+    back. Data never raises: a bad sample is rejected, counted in ``health`` and forgotten.
+    """
+
+    def __init__(self, base: Base, encoder: EncoderConfig, imu: ImuConfig,
+                 tuning: EstimatorConfig) -> None:
+        self._filter = BodyFilter(base, encoder, imu, tuning)
+        top = np.repeat(base.max_speed, 2) if isinstance(base, Carriers) else base.max_speed
+        self._angles = WheelAngles(encoder, base.count, top)
+        self._order: StampOrder[Sample] = StampOrder(round(tuning.reorder_wait * NANOSECONDS))
+        self._turn: FloatArray = imu.base_from_sensor()
+        self._plain = bool(np.array_equal(self._turn, np.eye(3)))
+        self._period = round(NANOSECONDS / tuning.min_rate)
+        self._counters = Counters()
+        self._notes = unobservable(base)
+        self._published: int | None = None
+        self._restarts = 0
+        self._integrated = False
+        self._base = base
+        model = self._filter.model
+        place = (np.column_stack([np.repeat(base.x, 2), np.repeat(base.y, 2)])
+                 if isinstance(base, Carriers) else np.column_stack([base.x, base.y]))
+        self._episodes = Episodes(self._filter.memory.rows, model.travel, place)
+
+    def handle(self, sample: Sample) -> tuple[Estimate, ...]:
+        """Take one sample; the estimates (0 or more) whose stamps are now settled."""
+        kind = type(sample)
+        stream = STREAM[kind]
+        self._counters.receive(stream)
+        refused, ready = self._order.push(sample.stamp_ns, ORDER[kind], sample)
+        if refused:
+            self._counters.reject(stream, refused)
+            if self._order.went_back():
+                self.restart()
+                return ()
+        if not ready:
+            return ()
+        found: list[Estimate] = []
+        for item in ready:
+            self._process(item, found)
+        return tuple(found)
+
+    def flush(self) -> tuple[Estimate, ...]:
+        """Process what still waits: the recording has ended."""
+        found: list[Estimate] = []
+        for item in self._order.flush():
+            self._process(item, found)
+        return tuple(found)
+
+    def reject(self, stream: str, reason: str) -> None:
+        """Count a message of ``stream`` that never became a sample."""
+        self._counters.receive(stream)
+        self._counters.reject(stream, reason)
+
+    def restart(self) -> None:
+        """Start again at the last pose with start-up covariance: the clock went back."""
+        self._order.clear()
+        self._angles.restart()
+        self._filter.restart()
+        self._published = None
+        self._restarts += 1
+
+    @property
+    def episodes(self) -> tuple[SlipEpisode, ...]:
+        """Slip episodes so far, the one that still lasts included."""
+        return self._episodes.all()
+
+    @property
+    def health(self) -> Health:
+        """Counters, biases, standstill and notes on what cannot be seen."""
+        memory = self._filter.memory
+        x, P, m = memory.x, memory.P, memory.m
+        return Health(
+            received=dict(self._counters.received), used=dict(self._counters.used),
+            rejected=dict(self._counters.rejected), imu=self._imu_state(),
+            gyro_bias=float(x[BG]), gyro_bias_sigma=math.sqrt(float(P[BG, BG])),
+            accel_bias=(float(x[BAX]), float(x[BAY])),
+            accel_bias_sigma=(math.sqrt(float(P[BAX, BAX])), math.sqrt(float(P[BAY, BAY]))),
+            standstill=bool(m[STILL] > 0.0), stamp_jitter=math.sqrt(float(m[JITTER])),
+            restarts=self._restarts, notes=self._all_notes())
+
+    def _imu_state(self) -> str:
+        if not self._counters.used.get('imu'):
+            return 'none'
+        m = self._filter.memory.m
+        if m[HAVE_GYRO] > 0.0:
+            return 'gyro + accelerometer' if m[HAVE_ACCEL] > 0.0 else 'gyro'
+        return 'lost'
+
+    def _all_notes(self) -> tuple[str, ...]:
+        notes = list(self._notes)
+        state = self._imu_state()
+        if state == 'none':
+            notes.append('no IMU: yaw and slip come from the wheels alone')
+        elif state == 'gyro':
+            notes.append('no accelerometer: slip of a whole diagonal cannot be seen')
+        elif state == 'lost':
+            notes.append('the IMU has fallen silent: yaw and slip come from the wheels alone')
+        if self._integrated:
+            notes.append('wheel speeds stand in for positions: drift is larger than it need be')
+        return tuple(notes)
+
+    def _process(self, sample: Sample, found: list[Estimate]) -> None:
+        if isinstance(sample, ImuSample):
+            self._imu(sample)
+        elif isinstance(sample, (WheelSample, TickSample)):
+            if self._wheels(sample):
+                found.append(self._publish(sample.stamp_ns, 'encoder'))
+                return
+        elif isinstance(sample, PoseSample):
+            self._pose(sample)
+        elif isinstance(sample, ResetSample):
+            self._filter.predict(sample.stamp_ns)
+            self._filter.reset()
+            self._counters.use('odometry_reset')
+        else:
+            self._counters.use('wheel_commands')
+        if self._published is not None and sample.stamp_ns - self._published >= self._period:
+            self._filter.predict(sample.stamp_ns)
+            found.append(self._publish(sample.stamp_ns, 'predicted'))
+
+    def _imu(self, sample: ImuSample) -> None:
+        gyro, accel = sample.gyro, sample.accel
+        if self._plain:
+            wz, ax, ay = float(gyro[2]), float(accel[0]), float(accel[1])
+        else:
+            turned = self._turn @ accel
+            wz, ax, ay = float(self._turn[2] @ gyro), float(turned[0]), float(turned[1])
+        if not abs(wz) <= FASTEST_TURN:
+            if not math.isnan(wz):
+                self._counters.reject('imu', 'gyro out of range')
+                return
+            wz = math.nan
+        if not abs(ax) + abs(ay) <= HARDEST_PUSH:
+            ax = ay = math.nan
+        if math.isnan(wz) and math.isnan(ax):
+            self._counters.reject('imu', 'not a number')
+        elif self._filter.imu(sample.stamp_ns, wz, ax, ay):
+            self._counters.use('imu')
+        else:
+            self._counters.reject('imu', 'duplicate stamp')
+
+    def _wheels(self, sample: WheelSample | TickSample) -> bool:
+        stream = STREAM[type(sample)]
+        reading = self._angles.read(sample)
+        if isinstance(reading, str):
+            self._counters.reject(stream, reading)
+            return False
+        self._counters.use(stream)
+        if reading.jumped:
+            self._counters.reject(stream, 'implausible wheel jump')
+        self._integrated = self._integrated or reading.integrated
+        travel = reading.angle * self._filter.model.travel
+        ready = self._filter.wheels(sample.stamp_ns, travel, reading.valid, reading.jumped,
+                                    reading.integrated)
+        if not ready and self._published is None and self._filter.armed:
+            self._published = sample.stamp_ns
+        return ready
+
+    def _pose(self, sample: PoseSample) -> None:
+        pose, covariance = sample.pose, sample.covariance
+        if not (np.all(np.isfinite(pose)) and np.all(np.isfinite(covariance))):
+            self._counters.reject('set_pose', 'not a number')
+            return
+        if np.min(np.linalg.eigvalsh(0.5 * (covariance + covariance.T))) < -1e-9:
+            self._counters.reject('set_pose', 'covariance not positive')
+            return
+        self._counters.use('set_pose')
+        self._filter.predict(sample.stamp_ns)
+        self._filter.place(pose, covariance + 1e-10 * np.eye(3))
+
+    def _publish(self, stamp_ns: int, source: str) -> Estimate:
+        self._published = stamp_ns
+        estimate = estimate_of_row(self._filter.row(), self._filter.model.wheels, stamp_ns, source)
+        if source == 'encoder':
+            wheel = self._filter.memory.wheel
+            self._episodes.take(stamp_ns, estimate.slip.body_probability,
+                                estimate.slip.probability, wheel[SLIP], wheel[STEP],
+                                wheel[FROZEN_FOR])
+        return estimate

@@ -1,0 +1,138 @@
+"""Array face of the filter: model, memory and the kernels that act on them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mecanum_base.core.estimation.assembly import memory_of, model_of
+from mecanum_base.core.estimation.frame import anchor, arm, predict, take_frame, take_imu
+from mecanum_base.core.estimation.geometry import Base
+from mecanum_base.core.estimation.layout import (
+    ANGLE,
+    EXTRA,
+    JITTER,
+    LAST_FRAME,
+    LAST_IMU,
+    LAST_YAW,
+    NOW,
+    PX,
+    YAW,
+    Memory,
+)
+from mecanum_base.core.estimation.model import Model
+from mecanum_base.core.estimation.output import describe, remember, row_size
+from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
+from mecanum_base.core.estimation.tuning import EstimatorConfig
+from mecanum_base.core.parameter import FloatArray
+
+POSE_SIGMA = 1e-4  # m, pose at a start or reset: it is exact by definition
+YAW_SIGMA = 1e-5  # rad
+SPEED_NOISE = 0.1  # share of a step that may be wrong where speed stands for position
+
+
+class BodyFilter:
+    """Filter of one base. Stamps in ns must not go back; readings are in base axes and m."""
+
+    def __init__(self, base: Base, encoder: EncoderConfig, imu: ImuConfig,
+                 tuning: EstimatorConfig) -> None:
+        self._base, self._tuning = base, tuning
+        self.model: Model = model_of(base, encoder, imu, tuning)
+        self.memory: Memory = memory_of(base, self.model, tuning)
+        self._size = row_size(self.model.wheels)
+        self.armed = False
+        self.started = False
+
+    @property
+    def now_ns(self) -> int:
+        """Stamp of the state."""
+        return int(self.memory.clock[NOW])
+
+    def imu(self, stamp_ns: int, gyro: float, accel_x: float, accel_y: float) -> bool:
+        """One IMU reading; False where it is older than the state."""
+        if not self.started:
+            self._start(stamp_ns)
+        elif stamp_ns <= self.memory.clock[LAST_IMU] or stamp_ns < self.memory.clock[NOW]:
+            return False
+        take_imu(self.model, self.memory, stamp_ns, gyro, accel_x, accel_y)
+        return True
+
+    def wheels(self, stamp_ns: int, travel: FloatArray, valid: FloatArray,
+               jumped: tuple[int, ...], integrated: bool) -> bool:
+        """One encoder frame, travel (W,) m; False for the first one, which only arms."""
+        memory, model = self.memory, self.model
+        if not self.started:
+            self._start(stamp_ns)
+        if not self.armed:
+            predict(model, memory, stamp_ns)
+            arm(model, memory, stamp_ns, travel)
+            self.armed = True
+            return False
+        for i in jumped:
+            anchor(model, memory, i, float(travel[i]))
+        if integrated:
+            dt = (stamp_ns - int(memory.clock[LAST_FRAME])) * 1e-9
+            memory.wheel[EXTRA] += (SPEED_NOISE * dt) ** 2
+        take_frame(model, memory, stamp_ns, travel, valid)
+        remember(model, memory)
+        return self.check()
+
+    def predict(self, stamp_ns: int) -> None:
+        """Carry the state to ``stamp_ns`` without a reading."""
+        if self.started and stamp_ns > self.memory.clock[NOW]:
+            predict(self.model, self.memory, stamp_ns)
+
+    def row(self) -> FloatArray:
+        """Output row of this moment, a fresh array laid out as in :mod:`.output`."""
+        row = np.empty(self._size)
+        describe(self.model, self.memory, row)
+        return row
+
+    def place(self, pose: FloatArray, covariance: FloatArray) -> None:
+        """Put the base at ``pose`` (3,) with ``covariance`` (3, 3); all else is kept."""
+        x, P = self.memory.x, self.memory.P
+        x[PX:YAW + 1] = pose
+        P[PX:YAW + 1, :] = 0.0
+        P[:, PX:YAW + 1] = 0.0
+        P[PX:YAW + 1, PX:YAW + 1] = 0.5 * (covariance + covariance.T)
+        self.memory.m[LAST_YAW] = x[YAW]
+
+    def reset(self) -> None:
+        """Pose 0, 0, 0 and slip angles 0; biases and calibration are kept."""
+        self.place(np.zeros(3), np.diag([POSE_SIGMA ** 2, POSE_SIGMA ** 2, YAW_SIGMA ** 2]))
+        self.memory.wheel[ANGLE] = 0.0
+        self.memory.past[:] = 0.0
+
+    def restart(self) -> None:
+        """Last pose and learnt values, start-up covariance, all stamps and anchors forgotten."""
+        old = self.memory.x.copy()
+        jitter = float(self.memory.m[JITTER])
+        self.memory = memory_of(self._base, self.model, self._tuning)
+        keep = [*range(PX, YAW + 1), *range(5, 13 + self.model.wheels)]
+        if np.all(np.isfinite(old[keep])):
+            self.memory.x[keep] = old[keep]
+            self.memory.m[JITTER] = jitter
+        self.armed = self.started = False
+
+    def check(self) -> bool:
+        """True while every number is finite and every variance positive; else roll back, widen."""
+        memory = self.memory
+        diagonal = memory.P.diagonal()
+        if np.isfinite(memory.x.sum() + memory.P.sum()) and diagonal.min() > -1e-12:
+            return True
+        self.recover()
+        return False
+
+    def recover(self) -> None:
+        """Last known pose, start-up covariance with a metre of doubt on the pose."""
+        fresh = memory_of(self._base, self.model, self._tuning)
+        for i in range(PX, YAW + 1):
+            if np.isfinite(self.memory.x[i]):
+                fresh.x[i] = self.memory.x[i]
+        fresh.P[0, 0] = fresh.P[1, 1] = fresh.P[2, 2] = 1.0
+        fresh.clock[:] = self.memory.clock
+        self.memory = fresh
+        self.armed = False
+
+    def _start(self, stamp_ns: int) -> None:
+        self.memory.clock[[NOW, LAST_IMU, LAST_FRAME]] = stamp_ns
+        self.started = True

@@ -1,0 +1,177 @@
+"""Mean of the state between encoder frames, driven by gyro and accelerometer.
+
+    wz = (gyro - bg)/(1 + kg)        a = (acc - ba)/(1 + ka) + w^2 l + (w' ly, -w' lx)
+    v' = a - wz z x v                pose' = Exp over the step of (v + dv/2, wz)
+
+    l = (lx, ly) lever arm of the IMU [m]; w' l telescopes to the change of wz between samples.
+
+Between two IMU samples the state is carried with the older one held; when the newer one arrives
+the rest of the interval is chosen so that the whole interval integrates the mean of both
+(trapezoid): nothing is lost and nothing looks into the future. Sums of the motion since the last
+covariance step are kept for :mod:`.propagation`. Roll and pitch are not modelled: gravity leaking
+into x and y is part of the accelerometer bias.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.layout import (
+    ACC_X,
+    ACC_Y,
+    BAX,
+    BAY,
+    BG,
+    DONE_AX,
+    DONE_AY,
+    DONE_GYRO,
+    GYRO,
+    HAVE_ACCEL,
+    HAVE_GYRO,
+    KAX,
+    KAY,
+    KG,
+    LAST_IMU,
+    NOW,
+    PX,
+    PY,
+    SHAKE,
+    STILL,
+    SUM_T,
+    SUM_VX,
+    SUM_VY,
+    SUM_WX,
+    SUM_WY,
+    SUM_X,
+    SUM_Y,
+    SUM_YAW,
+    TREMOR,
+    VX,
+    VY,
+    WZ,
+    YAW,
+    Memory,
+)
+from mecanum_base.core.estimation.model import Model
+
+_SERIES = 1e-4  # rad; below it the series is exact to rounding
+_SHAKE_TIME = 0.25  # s over which vibration is averaged
+
+
+@kernel
+def move(memory: Memory, turn: float, push_x: float, push_y: float, dt: float) -> None:
+    """Carry pose and velocity by ``dt`` [s]: yaw increment [rad], specific velocity [m/s]."""
+    x, m = memory.x, memory.m
+    vx, vy, yaw = float(x[VX]), float(x[VY]), float(x[YAW])
+    dvx, dvy = push_x + turn * vy, push_y - turn * vx
+    path_x, path_y = (vx + 0.5 * dvx) * dt, (vy + 0.5 * dvy) * dt
+    if abs(turn) < _SERIES:
+        along, across = 1.0 - turn * turn / 6.0, 0.5 * turn
+    else:
+        along, across = math.sin(turn) / turn, (1.0 - math.cos(turn)) / turn
+    c, s = math.cos(yaw), math.sin(yaw)
+    bx, by = along * path_x - across * path_y, across * path_x + along * path_y
+    wx, wy = c * bx - s * by, s * bx + c * by
+    x[PX] += wx
+    x[PY] += wy
+    x[YAW] = yaw + turn
+    x[VX] = vx + dvx
+    x[VY] = vy + dvy
+    m[SUM_T] += dt
+    m[SUM_X] += path_x
+    m[SUM_Y] += path_y
+    m[SUM_YAW] += turn
+    m[SUM_VX] += push_x
+    m[SUM_VY] += push_y
+    m[SUM_WX] += wx
+    m[SUM_WY] += wy
+
+
+@kernel
+def carry(model: Model, memory: Memory, now: int) -> None:
+    """Carry the mean to stamp ``now`` with the last IMU reading held (nothing if it is past)."""
+    x, m, clock = memory.x, memory.m, memory.clock
+    dt = (now - clock[NOW]) * 1e-9
+    if dt <= 0.0:
+        return
+    clock[NOW] = now
+    if m[STILL] > 0.0:
+        return
+    if m[HAVE_GYRO] > 0.0:
+        raw = float(m[GYRO]) * dt
+        m[DONE_GYRO] += raw
+        turn = (raw - float(x[BG]) * dt) / (1.0 + float(x[KG]))
+        m[WZ] = turn / dt
+    else:
+        turn = float(m[WZ]) * dt
+    push_x = push_y = 0.0
+    if m[HAVE_ACCEL] > 0.0:
+        raw_x, raw_y = float(m[ACC_X]) * dt, float(m[ACC_Y]) * dt
+        m[DONE_AX] += raw_x
+        m[DONE_AY] += raw_y
+        push_x = (raw_x - float(x[BAX]) * dt) / (1.0 + float(x[KAX]))
+        push_y = (raw_y - float(x[BAY]) * dt) / (1.0 + float(x[KAY]))
+    move(memory, turn, push_x, push_y, dt)
+
+
+@kernel
+def read_imu(model: Model, memory: Memory, now: int, gyro: float, ax: float, ay: float) -> None:
+    """Take the IMU reading of stamp ``now``: gyro z and specific force x, y in base axes.
+
+    NaN means that this axis is missing. The state is carried to ``now``.
+    """
+    x, m, clock = memory.x, memory.m, memory.clock
+    has_gyro, has_accel = not math.isnan(gyro), not (math.isnan(ax) or math.isnan(ay))
+    span = (now - clock[LAST_IMU]) * 1e-9
+    rest = (now - clock[NOW]) * 1e-9
+    whole = span <= model.imu_gap and rest > 0.0 and m[STILL] == 0.0
+    both_gyro = whole and has_gyro and m[HAVE_GYRO] > 0.0
+    both_accel = whole and has_accel and m[HAVE_ACCEL] > 0.0
+    if both_gyro or both_accel:
+        scale = 1.0 + float(x[KG])
+        turn = float(m[WZ]) * rest
+        change = 0.0
+        if both_gyro:
+            old = float(m[GYRO])
+            turn = (0.5 * (old + gyro) * span - float(m[DONE_GYRO])
+                    - float(x[BG]) * rest) / scale
+            change = (gyro - old) / scale
+            m[TREMOR] += (0.5 * (gyro - old) ** 2 * span - m[TREMOR]) * span / _SHAKE_TIME
+        push_x = push_y = 0.0
+        if both_accel:
+            old_x, old_y = float(m[ACC_X]), float(m[ACC_Y])
+            wz = float(m[WZ])
+            push_x = ((0.5 * (old_x + ax) * span - float(m[DONE_AX]) - float(x[BAX]) * rest)
+                      / (1.0 + float(x[KAX])) + wz * wz * model.lever_x * span
+                      + change * model.lever_y)
+            push_y = ((0.5 * (old_y + ay) * span - float(m[DONE_AY]) - float(x[BAY]) * rest)
+                      / (1.0 + float(x[KAY])) + wz * wz * model.lever_y * span
+                      - change * model.lever_x)
+            shake = 0.25 * ((ax - old_x) ** 2 + (ay - old_y) ** 2) * span
+            m[SHAKE] += (shake - m[SHAKE]) * span / _SHAKE_TIME
+        clock[NOW] = now
+        move(memory, turn, push_x, push_y, rest)
+    else:
+        carry(model, memory, now)
+    clock[LAST_IMU] = now
+    m[DONE_GYRO] = 0.0
+    m[DONE_AX] = 0.0
+    m[DONE_AY] = 0.0
+    m[HAVE_GYRO] = 1.0 if has_gyro else 0.0
+    m[HAVE_ACCEL] = 1.0 if has_accel else 0.0
+    if has_gyro:
+        m[GYRO] = gyro
+        if m[STILL] == 0.0:
+            m[WZ] = (gyro - float(x[BG])) / (1.0 + float(x[KG]))
+    if has_accel:
+        m[ACC_X] = ax
+        m[ACC_Y] = ay
+
+
+@kernel
+def lose_imu(memory: Memory) -> None:
+    """The IMU has fallen silent: hold the last yaw rate and let noise stand for the unknown."""
+    m = memory.m
+    m[HAVE_GYRO] = 0.0
+    m[HAVE_ACCEL] = 0.0

@@ -1,0 +1,61 @@
+"""Where each quantity of the filter lives: the error state and the working memory.
+
+State x (N,), N = 13 + 3 W, W wheels:
+
+    PX, PY, YAW         pose of base_link in odom                        m, m, rad
+    VX, VY              velocity of base_link in its own axes            m/s
+    BG, BAX, BAY        gyro bias; accelerometer bias + gravity leak     rad/s, m/s^2
+    KG, KAX, KAY        scale errors of gyro and accelerometer           1
+    KY, KL              errors of lateral gain and of lever (yaw) gain   1
+    K .. K+W            scale error of each wheel (radius)               1
+    PHI .. PHI+W        travel each wheel would show if nothing slipped  m along its roller axis
+    CREEP .. CREEP+W    slow creep of a gripping wheel under traction    m/s along its roller axis
+
+Travel is measured along the roller axis: z_i = r_i |sin d_i| * angle_i, and z_i' = A_i . twist
+without slip, where A_i = r_i |sin d_i| H_i has a unit vector in its first two entries.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from mecanum_base.core.parameter import FloatArray, IntArray
+
+PX, PY, YAW, VX, VY, BG, BAX, BAY, KG, KAX, KAY, KY, KL, K = range(14)
+
+# scalars of the working memory (Memory.m)
+(HAVE_GYRO, HAVE_ACCEL, GYRO, ACC_X, ACC_Y, DONE_GYRO, DONE_AX, DONE_AY,
+ SUM_T, SUM_X, SUM_Y, SUM_YAW, SUM_VX, SUM_VY, SUM_WX, SUM_WY, TURN_NOISE, PUSH_NOISE,
+ SHAKE, TREMOR, WZ, LAST_YAW, JITTER, PERIOD, STILL, REST_FOR, QUIET, LOOSE_FOR, LOCKED_FOR,
+ GRIP_NIS, PARITY, BODY, M_SIZE) = range(33)
+
+# integers of the working memory (Memory.clock), nanoseconds unless said
+(NOW, LAST_IMU, LAST_FRAME, SLOPE_AT, SLOPE_FILL, LATEST, PAST_AT, PAST_FILL,
+ PAST_STAMP, CLOCK_SIZE) = range(10)
+
+
+class Memory(NamedTuple):
+    """Everything the kernels change, as arrays: a copy of them is a snapshot of the filter."""
+
+    x: FloatArray  # (N,) state
+    P: FloatArray  # (N, N) covariance of its error
+    m: FloatArray  # (M_SIZE,) scalars named above
+    clock: IntArray  # (CLOCK_SIZE,) stamps
+    rows: FloatArray  # (W, 3) A at this moment
+    hinge: FloatArray  # (C,) rad, hinge angles; empty for wheels
+    mode: FloatArray  # (modes,) probability of each hypothesis
+    wheel: FloatArray  # (WHEEL_ROWS, W) per-wheel quantities named below
+    slope: FloatArray  # (2 * SLOPE, W) slip speeds of the last frames, a ring
+    past: FloatArray  # (PAST, 1 + 2 W) stamps [s], travel and slid travel of the ratio window
+    block: FloatArray  # (3, BLOCK) sums of the standstill detector: current and two before
+
+
+# rows of Memory.wheel
+(TRAVEL, SLIP, ANGLE, PROBABILITY, EXTRA, REST, FLAT, SLIPPING_FOR, FROZEN_FOR, SIGMA,
+ STEP, ROLLED, WHEEL_ROWS) = range(13)
+
+# columns of Memory.block
+B_N, B_T, B_G, B_GG, B_X, B_XX, B_Y, B_YY, B_LOW, B_HIGH, BLOCK = range(11)
+
+SLOPE = 10  # frames averaged on either side of the slope gate
+PAST = 64  # slots of the ratio window

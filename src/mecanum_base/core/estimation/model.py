@@ -1,0 +1,58 @@
+"""What the kernels only read: geometry, noise and hypotheses of one robot as plain numbers."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from mecanum_base.core.parameter import FloatArray
+
+
+class Model(NamedTuple):
+    """Constants of the filter; W wheels, M slip hypotheses. Lengths in m, angles in rad, SI."""
+
+    wheels: int
+    lever_x: float
+    lever_y: float
+    imu_gap: float  # s without IMU after which it counts as lost
+    # process noise: power spectral densities are squares of these
+    gyro_noise: float  # rad/s/rtHz
+    gyro_shake: float  # rad/s/rtHz per m/s of speed
+    accel_noise: float  # m/s^2/rtHz
+    accel_shake: float  # m/s^2/rtHz per m/s of speed
+    gyro_drift: float  # rad/s/rts
+    accel_drift: float  # m/s^2/rts
+    blind_turn: float  # rad/s, how well the last yaw rate is known without gyro
+    blind_push: float  # m/s^2/rtHz of acceleration without accelerometer
+    # wheels
+    rolling_noise: float  # m/rtm of micro-slip
+    traction_noise: float  # m/rtm per rt(m/s^2)
+    creep_time: float  # s the creep of a gripping wheel takes to change
+    creep_rest: float  # m/s of creep without acceleration
+    creep_traction: float  # m/s of creep per m/s^2 of acceleration
+    travel: FloatArray  # (W,) m a rad
+    resolution: FloatArray  # (W,) m, standard deviation of one travel reading
+    tick: FloatArray  # (W,) m of travel a count
+    late_weight: float  # probability that the frame's stamp is late
+    # hypotheses
+    member: FloatArray  # (M, W) 1 where the wheel slips
+    likely: FloatArray  # (W, W, M) covariance of slip speeds in the likelihood, (m/s)^2
+    change: FloatArray  # (M, M) rates of change between hypotheses, 1/s
+    pairs: FloatArray  # (G, W) groups of wheels whose roller axes are parallel
+    onset: FloatArray  # (M,) stationary probabilities
+    loose_sigma: float  # m/s, slip speed in the update: as good as unknown
+    regrip_factor: float  # penalty for gripping again while the slip speed still changes
+    flat_speed: float  # m/s of change in slip speed that counts as none
+    extra_creep: float  # variance factor of micro-slip around a slip
+    extra_time: float  # s
+    drift_apart: float  # m/s^2: growth of velocity uncertainty while a diagonal slips for long
+    patience: float  # s after which wheels win over the accelerometer
+    # standstill
+    rest_window: float  # s
+    rest_counts: float  # counts a wheel may move and still stand
+    rest_gyro: float  # rad/s, rms that still counts as quiet beyond the noise
+    rest_accel: float  # m/s^2
+    # outputs
+    ratio_window: float  # s
+    ratio_travel: float  # m a wheel must turn for a ratio to be defined
+    inverse: FloatArray  # (3, W) least-squares body motion of wheel travel
+    carriers: FloatArray  # (4, C) table of the carriers; (4, 0) for wheels

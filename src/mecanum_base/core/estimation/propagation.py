@@ -1,0 +1,152 @@
+"""Covariance of the error over the motion since the last covariance step.
+
+    P <- F P F' + G q G' + diag(Q)
+
+F = I + (first-order derivative of the motion), with the sums of :mod:`.inertial` in place of
+dt-times-rate, so that one step serves any number of IMU samples. The gyro is an input, not a
+measurement: its noise enters along one vector d = (yaw 1, vx vy, vy -vx, phi_i A_i3) with exact
+correlation, and no yaw-rate state is needed.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.geometry import hinge_increment
+from mecanum_base.core.estimation.layout import (
+    BAX,
+    BAY,
+    BG,
+    EXTRA,
+    HAVE_ACCEL,
+    HAVE_GYRO,
+    KAX,
+    KAY,
+    KG,
+    KL,
+    KY,
+    LOCKED_FOR,
+    LOOSE_FOR,
+    PX,
+    PY,
+    ROLLED,
+    SHAKE,
+    SUM_T,
+    SUM_VX,
+    SUM_VY,
+    SUM_WX,
+    SUM_WY,
+    SUM_X,
+    SUM_Y,
+    SUM_YAW,
+    TREMOR,
+    VX,
+    VY,
+    YAW,
+    K,
+    Memory,
+)
+from mecanum_base.core.estimation.model import Model
+
+
+@kernel
+def spread(model: Model, memory: Memory) -> None:
+    """Bring travel and covariance up to the mean and start new sums."""
+    m, x = memory.m, memory.x
+    T = float(m[SUM_T])
+    if T <= 0.0:
+        return
+    w = model.wheels
+    phi, creep, n = K + w, K + 2 * w, K + 3 * w
+    rows = memory.rows
+    turn = float(m[SUM_YAW])
+    lateral, lever = 1.0 + float(x[KY]), 1.0 + float(x[KL])
+    motion = np.array([float(m[SUM_X]), lateral * float(m[SUM_Y]), lever * turn])
+    rolled = rows @ motion  # travel of ideal wheels over the step
+    gain = 1.0 + x[K:phi]
+    decay = math.exp(-T / model.creep_time)
+    crept = x[creep:n] * T
+    x[phi:creep] += gain * rolled + crept
+    if memory.hinge.shape[0] > 0:
+        memory.hinge[:] += hinge_increment(model.carriers, memory.hinge, motion)
+    x[creep:n] *= decay
+
+    yaw = float(x[YAW]) - 0.5 * turn
+    c, s = math.cos(yaw), math.sin(yaw)
+    vx, vy = float(x[VX]), float(x[VY])
+    F = np.eye(n)
+    F[YAW, BG] = -T
+    F[YAW, KG] = -turn
+    F[PX, YAW] = -m[SUM_WY]
+    F[PX, VX] = c * T
+    F[PX, VY] = -s * T
+    F[PY, YAW] = m[SUM_WX]
+    F[PY, VX] = s * T
+    F[PY, VY] = c * T
+    F[VX, VY] = turn
+    F[VX, BG] = -vy * T
+    F[VX, KG] = -vy * turn
+    F[VX, BAX] = -T
+    F[VX, KAX] = -m[SUM_VX]
+    F[VY, VX] = -turn
+    F[VY, BG] = vx * T
+    F[VY, KG] = vx * turn
+    F[VY, BAY] = -T
+    F[VY, KAY] = -m[SUM_VY]
+    F[phi:creep, VX] = rows[:, 0] * T
+    F[phi:creep, VY] = rows[:, 1] * (lateral * T)
+    F[phi:creep, BG] = rows[:, 2] * (-lever * T)
+    F[phi:creep, KG] = rows[:, 2] * (-lever * turn)
+    F[phi:creep, KY] = rows[:, 1] * m[SUM_Y]
+    F[phi:creep, KL] = rows[:, 2] * turn
+    for i in range(w):
+        F[phi + i, K + i] = rolled[i]
+        F[phi + i, creep + i] = T
+        F[creep + i, creep + i] = decay
+
+    speed = min(1.5, math.hypot(vx, vy) + 0.2 * abs(turn) / T)
+    push = math.hypot(float(m[SUM_VX]), float(m[SUM_VY])) / T
+    trust = 1.0
+    if m[LOCKED_FOR] > model.patience:
+        trust += 400.0 * (float(m[LOCKED_FOR]) - model.patience)
+    if m[HAVE_GYRO] > 0.0:
+        qg = T * max(model.gyro_noise ** 2 + (model.gyro_shake * speed) ** 2,
+                     1.5 * float(m[TREMOR]))
+    else:
+        qg = (model.blind_turn * T) ** 2
+    if m[HAVE_ACCEL] > 0.0:
+        qa = trust * max(model.accel_noise ** 2 + (model.accel_shake * speed) ** 2,
+                         1.5 * float(m[SHAKE])) * T
+    else:
+        qa = model.blind_push ** 2 * T
+    G = np.zeros((n, 3))
+    rg, ra = math.sqrt(qg), math.sqrt(qa)
+    G[YAW, 0] = rg
+    G[VX, 0] = vy * rg
+    G[VY, 0] = -vx * rg
+    G[phi:creep, 0] = rows[:, 2] * rg
+    G[VX, 1] = ra
+    G[VY, 2] = ra
+    G[phi:creep, 1] = rows[:, 0] * (0.5 * T * ra)
+    G[phi:creep, 2] = rows[:, 1] * (0.5 * T * ra)
+
+    P = F @ memory.P @ F.T + G @ G.T
+    qbg, qba = model.gyro_drift ** 2 * T, model.accel_drift ** 2 * T * trust
+    P[BG, BG] += qbg
+    P[BAX, BAX] += qba
+    P[BAY, BAY] += qba
+    micro = (model.rolling_noise ** 2 + model.traction_noise ** 2 * push) * np.abs(rolled)
+    sigma = model.creep_rest * speed + model.creep_traction * push
+    grow = sigma * sigma * (1.0 - decay * decay)
+    for i in range(w):
+        P[phi + i, phi + i] += micro[i] + 1e-12
+        P[creep + i, creep + i] += grow
+    memory.P[:, :] = 0.5 * (P + P.T)
+    memory.wheel[ROLLED] += gain * rolled
+    if m[LOOSE_FOR] > 0.0:
+        memory.wheel[EXTRA] += (model.extra_creep * model.rolling_noise ** 2) * np.abs(rolled)
+    for k in range(SUM_T, SUM_WY + 1):
+        m[k] = 0.0

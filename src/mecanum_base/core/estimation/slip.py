@@ -1,0 +1,128 @@
+"""Slip speed of every wheel after a frame, and the way back when slip lasts.
+
+    s_i = (z_i step - A_i twist T) / T      m/s along the roller axis, smoothed over 20 ms
+
+A wheel may grip again only when its slip speed has stopped changing: constant common slip cannot
+be told from rolling, so the slope of the slip speed decides, not its size. While a direction is
+held by no gripping wheel, the velocity along it becomes uncertain like unmodelled tilt,
+sigma = drift_apart * t; after ``patience`` seconds without any grip the accelerometer is trusted
+less and less, until the wheels win again: no gate without a way back.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.layout import (
+    ANGLE,
+    FLAT,
+    FROZEN_FOR,
+    KY,
+    LOCKED_FOR,
+    PROBABILITY,
+    SIGMA,
+    SLIP,
+    SLIPPING_FOR,
+    SLOPE,
+    SLOPE_AT,
+    SLOPE_FILL,
+    STEP,
+    TRAVEL,
+    VX,
+    VY,
+    Memory,
+)
+from mecanum_base.core.estimation.model import Model
+from mecanum_base.core.estimation.wheel_update import rolling_speed
+from mecanum_base.core.parameter import FloatArray
+
+SMOOTHING = 0.02  # s
+FROZEN_STEP = 0.25  # counts a wheel may move in a frame and be frozen
+UNHELD = 0.3  # share of a direction held by gripping wheels below which it counts as unheld
+
+
+@kernel
+def measure(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: float) -> None:
+    """Slip speed, slip travel and the slope ring from the step of travel (W,) over T [s]."""
+    w = model.wheels
+    wheel = memory.wheel
+    step = (z - wheel[TRAVEL]) * valid
+    rolling = rolling_speed(memory, w) * T
+    wheel[STEP] = step
+    slid = (step - rolling) * valid
+    gain = 1.0 - math.exp(-T / SMOOTHING)
+    wheel[SLIP] += gain * (slid / T - wheel[SLIP])
+    wheel[ANGLE] += slid
+    wheel[TRAVEL] = np.where(valid > 0.0, z, wheel[TRAVEL] + rolling)
+    for i in range(w):
+        if valid[i] > 0.0 and abs(step[i]) < FROZEN_STEP * model.tick[i]:
+            if abs(rolling[i]) > 0.05 * T:
+                wheel[FROZEN_FOR, i] += T
+        else:
+            wheel[FROZEN_FOR, i] = 0.0
+        if wheel[PROBABILITY, i] > 0.5:
+            wheel[SLIPPING_FOR, i] += T
+        else:
+            wheel[SLIPPING_FOR, i] = 0.0
+
+
+@kernel
+def watch_slope(model: Model, memory: Memory) -> None:
+    """Which wheels' slip speed has stopped changing: means over the last two spans of frames."""
+    clock = memory.clock
+    at = clock[SLOPE_AT]
+    memory.slope[at] = memory.wheel[SLIP]
+    clock[SLOPE_AT] = (at + 1) % (2 * SLOPE)
+    clock[SLOPE_FILL] = min(clock[SLOPE_FILL] + 1, 2 * SLOPE)
+    for i in range(model.wheels):
+        if clock[SLOPE_FILL] < 2 * SLOPE:
+            memory.wheel[FLAT, i] = 1.0
+            continue
+        old = new = 0.0
+        for k in range(SLOPE):
+            new += memory.slope[(at - k) % (2 * SLOPE), i]
+            old += memory.slope[(at - SLOPE - k) % (2 * SLOPE), i]
+        memory.wheel[FLAT, i] = 1.0 if abs(new - old) < SLOPE * model.flat_speed else 0.0
+
+
+@kernel
+def unlock(model: Model, memory: Memory, T: float) -> None:
+    """Let the velocity grow uncertain along directions that no gripping wheel holds."""
+    m, P = memory.m, memory.P
+    xx = xy = yy = 0.0
+    for i in range(model.wheels):
+        share = 0.0 if memory.wheel[PROBABILITY, i] > 0.5 else 2.0 / model.wheels
+        ax, ay = memory.rows[i, 0], memory.rows[i, 1]
+        xx += share * ax * ax
+        xy += share * ax * ay
+        yy += share * ay * ay
+    mean, half = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
+    if mean - half >= UNHELD:
+        m[LOCKED_FOR] = 0.0
+        return
+    m[LOCKED_FOR] += T
+    t = float(m[LOCKED_FOR])
+    grow = model.drift_apart ** 2 * t * T * 2.0
+    if mean + half < UNHELD:
+        P[VX, VX] += grow
+        P[VY, VY] += grow
+        return
+    angle = 0.5 * math.atan2(2.0 * xy, xx - yy) + 0.5 * math.pi  # eigenvector of the smaller one
+    ex, ey = math.cos(angle), math.sin(angle)
+    P[VX, VX] += grow * ex * ex
+    P[VX, VY] += grow * ex * ey
+    P[VY, VX] += grow * ex * ey
+    P[VY, VY] += grow * ey * ey
+
+
+@kernel
+def uncertainty(model: Model, memory: Memory) -> None:
+    """Standard deviation (W,) m/s of each slip speed: sigma^2 = A_i P_v A_i' + (5 mm/s)^2."""
+    x, P = memory.x, memory.P
+    lateral = 1.0 + float(x[KY])
+    ax, ay = memory.rows[:, 0], memory.rows[:, 1] * lateral
+    memory.wheel[SIGMA] = np.sqrt(ax * ax * P[VX, VX] + 2.0 * ax * ay * P[VX, VY]
+                                  + ay * ay * P[VY, VY] + 25e-6)

@@ -1,0 +1,215 @@
+"""One encoder frame: judge all wheels together, then correct the state.
+
+Measurement of wheel i is its travel z_i, residual r = z - phi, covariance S0 = P_phiphi + R:
+
+    R = diag(resolution^2) + tj^2 w w'      w = travel per second of each wheel, tj = stamp jitter
+
+Each hypothesis m says which wheels slip and how alike: S_m = S0 + T^2 V_m with a finite prior V_m
+of slip speeds (T = time since the last frame). One more says that the frame's stamp is late.
+Posterior by Bayes over all hypotheses at once; the update then treats a slipping wheel as knowing
+nothing (slip speed sigma 3 m/s), and mixes the hypotheses by moments:
+
+    D_m = C + E U_m,  W_m = (S0 + U_m)^-1,  d_m = D_m W_m r,   C = P[:, phi], E selects phi
+    x <- x + sum p_m d_m
+    P <- P + sum p_m (E U_m E' - D_m W_m D_m' + d_m d_m') - d d'
+
+The two priors must not be mixed up: a finite one in the update would leak slip into the velocity.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.layout import (
+    EXTRA,
+    FLAT,
+    GRIP_NIS,
+    JITTER,
+    KL,
+    KY,
+    LOOSE_FOR,
+    PROBABILITY,
+    VX,
+    VY,
+    WZ,
+    K,
+    Memory,
+)
+from mecanum_base.core.estimation.model import Model
+from mecanum_base.core.parameter import FloatArray
+
+NEGLIGIBLE = 1e-4  # a hypothesis this improbable takes no part in the update
+SURE = 0.99  # probability of grip above which the short path is taken
+LATE_SIGMA = 0.006  # s, size of a late stamp
+MISSING = 1.0  # m^2, variance that stands for a wheel without a reading
+
+
+@kernel
+def rolling_speed(memory: Memory, wheels: int) -> FloatArray:
+    """Travel per second (W,) m/s of each wheel if it rolls with the present twist."""
+    x = memory.x
+    twist = np.array([float(x[VX]), (1.0 + float(x[KY])) * float(x[VY]),
+                      (1.0 + float(x[KL])) * float(memory.m[WZ])])
+    speed: FloatArray = (1.0 + x[K:K + wheels]) * (memory.rows @ twist)
+    return speed
+
+
+@kernel
+def log_likelihood(S: FloatArray, r: FloatArray) -> FloatArray:
+    """log N(r; 0, S[:, :, m]) + const for each m: Cholesky of all (W, W, M) matrices at once."""
+    w, count = S.shape[0], S.shape[2]
+    L = np.zeros((w, w, count))
+    y = np.zeros((w, count))
+    total = np.zeros(count)
+    for j in range(w):
+        pivot = S[j, j].copy()
+        for k in range(j):
+            pivot -= L[j, k] * L[j, k]
+        root = np.sqrt(np.maximum(pivot, 1e-18))
+        L[j, j] = root
+        for i in range(j + 1, w):
+            entry = S[i, j].copy()
+            for k in range(j):
+                entry -= L[i, k] * L[j, k]
+            L[i, j] = entry / root
+        rest = np.full(count, r[j])
+        for k in range(j):
+            rest -= L[j, k] * y[k]
+        y[j] = rest / root
+        total -= 0.5 * y[j] * y[j] + np.log(root)
+    return total
+
+
+@kernel
+def correct(memory: Memory, wheels: int, r: FloatArray, S: FloatArray, U: FloatArray) -> None:
+    """Plain update by all wheels; U (W,) variance added to each wheel's travel."""
+    phi, creep = K + wheels, K + 2 * wheels
+    D = np.ascontiguousarray(memory.P[:, phi:creep])
+    full = S.copy()
+    for i in range(wheels):
+        D[phi + i, i] += U[i]
+        full[i, i] += U[i]
+        memory.P[phi + i, phi + i] += U[i]
+    gain = D @ np.linalg.inv(full)
+    memory.x[:] += gain @ r
+    P = memory.P - gain @ D.T
+    memory.P[:, :] = 0.5 * (P + P.T)
+
+
+@kernel
+def mix(model: Model, memory: Memory, r: FloatArray, S: FloatArray, p: FloatArray, T: float,
+        late: float, late_cov: FloatArray) -> None:
+    """Moment-matched update by all hypotheses; ``late`` is the probability of a late stamp."""
+    w = model.wheels
+    phi, creep, n = K + w, K + 2 * w, K + 3 * w
+    loose = (model.loose_sigma * T) ** 2
+    extra = memory.wheel[EXTRA]
+    C = np.ascontiguousarray(memory.P[:, phi:creep])
+    total = 0.0
+    for m in range(len(p)):
+        if p[m] > NEGLIGIBLE:
+            total += p[m]
+    if late > NEGLIGIBLE:
+        total += late
+    dx = np.zeros(n)
+    dP = np.zeros((n, n))
+    for m in range(len(p) + 1):
+        weight = late if m == len(p) else p[m]
+        if weight <= NEGLIGIBLE:
+            continue
+        weight = weight / total
+        D = C.copy()
+        full = S.copy()
+        if m == len(p):
+            full += late_cov
+        for i in range(w):
+            slips = 0.0 if m == len(p) else model.member[m, i]
+            u = slips * loose + (1.0 - slips) * extra[i]
+            D[phi + i, i] += u
+            full[i, i] += u
+            dP[phi + i, phi + i] += weight * u
+        gain = D @ np.linalg.inv(full)
+        d = gain @ r
+        dx += weight * d
+        dP += weight * (np.outer(d, d) - gain @ D.T)
+    memory.x[:] += dx
+    P = memory.P + dP - np.outer(dx, dx)
+    memory.P[:, :] = 0.5 * (P + P.T)
+
+
+@kernel
+def foresee(model: Model, memory: Memory, T: float) -> FloatArray:
+    """Probabilities (M,) of the hypotheses before the frame is seen."""
+    p = memory.mode
+    step = min(T, 0.1)
+    prior = p + step * (p @ model.change)
+    for i in range(model.wheels):
+        if memory.wheel[PROBABILITY, i] > 0.5 and memory.wheel[FLAT, i] == 0.0:
+            for m in range(len(p)):
+                if model.member[m, i] == 0.0:
+                    prior[m] *= model.regrip_factor
+    prior = np.maximum(prior, 1e-12)
+    prior /= prior.sum()
+    return prior
+
+
+@kernel
+def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: float) -> bool:
+    """Use the travel z (W,) of one frame, ``valid`` 1 where it is known; True on the short path.
+
+    T [s] is the time since the last frame. Sets the probabilities of memory.wheel.
+    """
+    w = model.wheels
+    m = memory.m
+    phi, creep = K + w, K + 2 * w
+    r = (z - memory.x[phi:creep]) * valid
+    speed = rolling_speed(memory, w)
+    grip = np.ascontiguousarray(memory.P[phi:creep, phi:creep])
+    tj = float(m[JITTER])
+    S = grip + tj * np.outer(speed, speed)
+    for i in range(w):
+        S[i, i] += model.resolution[i] ** 2 + (1.0 - valid[i]) * MISSING
+    y = np.linalg.solve(S, r)
+    nis = float(r @ y)
+    m[GRIP_NIS] = nis
+    short = memory.mode[0] > SURE and nis < 2.25 * w
+    if short:
+        correct(memory, w, r, S, memory.wheel[EXTRA])
+        grips = 1.0
+        memory.mode[:] = model.onset
+        memory.wheel[PROBABILITY] = model.onset @ model.member
+    else:
+        count = len(memory.mode)
+        prior = foresee(model, memory, T)
+        stack = np.empty((w, w, count + 1))
+        late_cov = LATE_SIGMA ** 2 * np.outer(speed, speed)
+        for i in range(w):
+            for j in range(w):
+                stack[i, j, :count] = S[i, j] + (T * T) * model.likely[i, j]
+                stack[i, j, count] = S[i, j] + late_cov[i, j]
+        score = log_likelihood(stack, r)
+        score[:count] += np.log(prior * (1.0 - model.late_weight))
+        score[count] += math.log(model.late_weight * prior[0] + 1e-30)
+        score = np.exp(score - score.max())
+        score /= score.sum()
+        late = float(score[count])
+        p = score[:count].copy()
+        mix(model, memory, r, S, p, T, late, late_cov)
+        p[0] += late
+        memory.mode[:] = p
+        grips = float(p[0])
+        memory.wheel[PROBABILITY] = p @ model.member
+    memory.wheel[EXTRA] = 0.0
+    m[LOOSE_FOR] = model.extra_time if grips < 0.7 else max(0.0, float(m[LOOSE_FOR]) - T)
+    power = float(speed @ speed)
+    if grips > 0.95 and power > 0.02:
+        rho = float(speed @ r) / power
+        known = float(speed @ grip @ speed)
+        for i in range(w):
+            known += model.resolution[i] ** 2 * speed[i] ** 2
+        seen = rho * rho - known / (power * power)
+        m[JITTER] = min(25e-6, max(4e-8, tj + 0.02 * (seen - tj)))
+    return short
