@@ -246,3 +246,15 @@ def _stamps(part: Block, layout: Layout) -> IntArray:
     seconds = np.ascontiguousarray(pair[:, :4]).view('<i4').reshape(-1).astype(np.int64)
     fraction = np.ascontiguousarray(pair[:, 4:]).view('<u4').reshape(-1).astype(np.int64)
     return seconds * NANOSECONDS + fraction
+
+
+def header_stamps(block: Block, rows: IntArray) -> IntArray | None:
+    """Header stamps [ns] (N,) of messages that begin with a std_msgs/Header.
+
+    None where a message is too short or not little-endian.
+    """
+    if len(rows) == 0 or int(block.length[rows].min()) < 12:
+        return None
+    if (rows_at(block.data, block.offset[rows], 2)[:, 1] != 1).any():
+        return None
+    return _stamps(block.take(rows), Layout(offset={'stamp': 4}))

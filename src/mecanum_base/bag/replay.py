@@ -11,7 +11,6 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from mecanum_base.bag.block import NANOSECONDS
 from mecanum_base.bag.reader import Bag
@@ -19,8 +18,8 @@ from mecanum_base.bag.stream import SampleReader
 from mecanum_base.bag.topics import STREAMS, Topics, advice
 from mecanum_base.bag.track import TrackWriter
 from mecanum_base.core.errors import BagError
-from mecanum_base.core.estimation.estimator import Estimator
 from mecanum_base.core.records import Estimate
+from mecanum_base.intake import Intake
 from mecanum_base.robot import Robot
 
 Step = Callable[[float, float], None]  # share of the bytes read, seconds of data done
@@ -60,7 +59,7 @@ class Replayed:
 
     bag: Bag
     reader: SampleReader
-    estimator: Any
+    intake: Intake
     course: Course
     wall_seconds: float
 
@@ -73,27 +72,27 @@ def replay(paths: list[str], robot: Robot, out: str | os.PathLike[str], topics: 
     """
     begin = time.perf_counter()
     with Bag(paths) as bag:
-        estimator = Estimator(robot.base, robot.encoder, robot.imu, robot.estimator)
-        reader = SampleReader(robot.base.joint, topics, estimator.reject)
+        intake = Intake(robot)
+        reader = SampleReader(robot.base.joint, topics,
+                              lambda stream, reason: intake.estimator.reject(stream, reason))
         course = Course()
         writer: TrackWriter | None = None
         try:
             for block in bag.blocks(lambda channel: topics.stream(channel) is not None):
                 batch = reader.batch(block)
-                if writer is None and any(reader.read.values()):
+                if writer is None:
                     writer = TrackWriter(out, robot.base.joint)
-                for sample in batch.samples():
-                    for estimate in estimator.handle(sample):
-                        _take(estimate, writer, course)
+                for estimates in batch.feed(intake):
+                    _take(estimates, writer, course)
                 if step is not None:
                     step(bag.read_bytes / max(bag.piece_bytes, 1), course.seconds)
             require_encoder(bag, reader, topics)
-            for estimate in estimator.flush():
-                _take(estimate, writer, course)
+            if writer is not None:
+                _take(intake.flush(), writer, course)
         finally:
             if writer is not None:
                 writer.close()
-        return Replayed(bag, reader, estimator, course, time.perf_counter() - begin)
+        return Replayed(bag, reader, intake, course, time.perf_counter() - begin)
 
 
 def require_encoder(bag: Bag, reader: SampleReader, topics: Topics) -> None:
@@ -115,10 +114,10 @@ def absent_streams(bag: Bag, topics: Topics) -> list[str]:
             if name == 'imu' and (wanted := getattr(topics, name)) and name not in heard]
 
 
-def _take(estimate: Estimate, writer: TrackWriter | None, course: Course) -> None:
-    assert writer is not None
-    writer.write(estimate)
-    course.add(estimate)
+def _take(estimates: tuple[Estimate, ...], writer: TrackWriter, course: Course) -> None:
+    for estimate in estimates:
+        writer.write(estimate)
+        course.add(estimate)
 
 
 def _speed(estimate: Estimate) -> float:

@@ -1,9 +1,14 @@
-"""Samples for the estimator from blocks of raw messages, in log order."""
+"""Samples for the estimator from blocks of raw messages, in log order.
+
+Encoder and IMU messages are decoded in bulk; the rare ones (set_pose, odometry_reset, /tf_static)
+stay messages, which the intake converts as it does in the live node.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -17,41 +22,41 @@ from mecanum_base.bag.decode import (
     tick_readings,
     wheel_readings,
 )
-from mecanum_base.bag.topics import HEADER, POSE, Topics
+from mecanum_base.bag.topics import HEADER, POSE, TF, Topics
 from mecanum_base.core.parameter import IntArray
-from mecanum_base.core.records import (
-    ImuSample,
-    PoseSample,
-    ResetSample,
-    Sample,
-    TickSample,
-    WheelSample,
-)
+from mecanum_base.core.records import ImuSample, Sample, TickSample, WheelSample
+from mecanum_base.intake import Estimates, Intake
 
-JOINTS, TICKS, IMU, SET_POSE, RESET = range(5)
-NAMES = ('joint_states', 'wheel_ticks', 'imu', 'set_pose', 'odometry_reset')
+JOINTS, TICKS, IMU, SET_POSE, RESET, MOUNT = range(6)
+NAMES = ('joint_states', 'wheel_ticks', 'imu', 'set_pose', 'odometry_reset', 'tf_static')
+_RARE = {POSE: SET_POSE, HEADER: RESET, TF: MOUNT}
 
 
 @dataclass(slots=True, eq=False)
 class Batch:
-    """All samples of one block: ``readings`` by stream number, ``events`` by row.
+    """All inputs of one block: ``readings`` by stream number, rare messages as they are.
 
-    ``stream`` and ``index`` (N,) give the log order: sample k is row ``index[k]`` of
-    ``readings[stream[k]]``, or ``events[index[k]]`` for set_pose and odometry_reset.
+    ``stream`` and ``index`` (N,) give the log order: item k is row ``index[k]`` of
+    ``readings[stream[k]]``, or the message ``rare[index[k]]``.
     """
 
     stream: IntArray
     index: IntArray
     readings: dict[int, Readings]
-    events: list[Sample] = field(default_factory=list)
+    rare: list[Any] = field(default_factory=list)
 
-    def samples(self) -> Iterator[Sample]:
-        """Every sample as a record, in log order."""
+    def feed(self, intake: Intake) -> Iterator[Estimates]:
+        """Hand everything to the intake, in log order; yields what becomes due."""
         make: dict[int, Callable[[int], Sample]] = {
-            JOINTS: self._wheel, TICKS: self._tick, IMU: self._imu,
-            SET_POSE: self.events.__getitem__, RESET: self.events.__getitem__}
+            JOINTS: self._wheel, TICKS: self._tick, IMU: self._imu}
+        handle = intake.handle
         for stream, index in zip(self.stream.tolist(), self.index.tolist()):
-            yield make[stream](index)
+            if stream in make:
+                found = handle(make[stream](index))
+            else:
+                found = _take_rare(intake, stream, self.rare[index])
+            if found:
+                yield found
 
     def _wheel(self, index: int) -> WheelSample:
         part = self.readings[JOINTS]
@@ -79,9 +84,9 @@ class SampleReader:
         self.foreign = 0
 
     def batch(self, block: Block) -> Batch:
-        """The samples of one block."""
+        """The inputs of one block."""
         readings: dict[int, Readings] = {}
-        events: list[Sample] = []
+        rare: list[Any] = []
         rows: list[IntArray] = []
         streams: list[IntArray] = []
         indices: list[IntArray] = []
@@ -90,10 +95,10 @@ class SampleReader:
             chosen = np.flatnonzero(block.channel == number)
             if name is None or not len(chosen):
                 continue
-            if channel.type in (POSE, HEADER):
-                at = self._events(block, chosen, channel.type, events)
-                code = SET_POSE if channel.type == POSE else RESET
-                index = np.arange(len(events) - len(at), len(events))
+            if channel.type in _RARE:
+                code = _RARE[channel.type]
+                at = self._decoded(block, chosen, code, channel.type, rare)
+                index = np.arange(len(rare) - len(at), len(rare))
             else:
                 code, part = self._readings(block, chosen, channel.type)
                 index = np.arange(len(part.row)) + _append(readings, code, part)
@@ -107,7 +112,7 @@ class SampleReader:
             return Batch(empty, empty, {}, [])
         order = np.argsort(np.concatenate(rows), kind='stable')
         return Batch(np.concatenate(streams)[order], np.concatenate(indices)[order], readings,
-                     events)
+                     rare)
 
     def _readings(self, block: Block, chosen: IntArray, kind: str) -> tuple[int, Readings]:
         if kind == JOINT_STATE:
@@ -121,21 +126,32 @@ class SampleReader:
             self.reject(NAMES[code], reason)
         return code, part
 
-    def _events(self, block: Block, chosen: IntArray, kind: str,
-                events: list[Sample]) -> IntArray:
+    def _decoded(self, block: Block, chosen: IntArray, code: int, kind: str,
+                 rare: list[Any]) -> IntArray:
         kept = []
-        for row in chosen:
+        for row in chosen.tolist():
             try:
-                msg = message(block.payload(int(row)), kind)
-                event: PoseSample | ResetSample = (
-                    messages.pose_sample(msg) if kind == POSE else messages.reset_sample(msg))
+                rare.append(message(block.payload(row), kind))
             except messages.MalformedMessage as error:
-                self.reject('set_pose' if kind == POSE else 'odometry_reset', str(error))
+                self.reject(NAMES[code], str(error))
                 continue
-            events.append(event)
-            kept.append(int(row))
+            kept.append(row)
         return np.array(kept, dtype=np.int64)
 
+
+def _take_rare(intake: Intake, stream: int, msg: Any) -> Estimates:
+    if stream == SET_POSE:
+        return intake.set_pose(msg)
+    if stream == RESET:
+        return intake.odometry_reset(msg)
+    found: Estimates = ()
+    for item in msg.transforms:
+        move = item.transform
+        found += intake.static_transform(
+            item.header.frame_id, item.child_frame_id,
+            (move.translation.x, move.translation.y, move.translation.z),
+            (move.rotation.x, move.rotation.y, move.rotation.z, move.rotation.w))
+    return found
 
 
 def _append(readings: dict[int, Readings], code: int, part: Readings) -> int:

@@ -22,12 +22,13 @@ from mecanum_base.core.errors import BagError
 
 def summary_of(done: Replayed, topics: Topics, robot_file: str) -> dict[str, Any]:
     """Everything worth knowing about one replay, as plain JSON values."""
-    health = plain(done.estimator.health)
+    estimator = done.intake.estimator
+    health = plain(estimator.health)
     course, last = done.course, done.course.last
     rejected: dict[str, dict[str, int]] = {}
-    for (stream, reason), count in done.estimator.health.rejected.items():
+    for (stream, reason), count in estimator.health.rejected.items():
         rejected.setdefault(stream, {})[reason] = int(count)
-    used = dict(done.estimator.health.used)
+    used = dict(estimator.health.used)
     streams = {name: {'read': count, 'used': int(used.get(name, 0)),
                       'rejected': rejected.get(name, {})}
                for name, count in done.reader.read.items()}
@@ -39,9 +40,9 @@ def summary_of(done: Replayed, topics: Topics, robot_file: str) -> dict[str, Any
         'distance': course.path,
         'rows': course.rows,
         'final_pose': None if last is None else [float(v) for v in last.pose],
-        'slip_episodes': [episode_of(e, done.reader.joints) for e in done.estimator.episodes],
+        'slip_episodes': [episode_of(e, done.reader.joints) for e in estimator.episodes],
         'health': health,
-        'notes': [*done.estimator.health.notes, *absent_streams(done.bag, topics)],
+        'notes': [*estimator.health.notes, *absent_streams(done.bag, topics)],
         'run': {'seconds': done.wall_seconds,
                 'times_real_time': course.seconds / max(done.wall_seconds, 1e-9)},
         'versions': {'mecanum_base': __version__, 'python': platform.python_version(),

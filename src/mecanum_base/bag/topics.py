@@ -8,12 +8,14 @@ from dataclasses import dataclass, replace
 from mecanum_base.bag.block import Channel
 from mecanum_base.bag.decode import IMU, JOINT_STATE, TICKS
 from mecanum_base.core.errors import BagError
+from mecanum_base.robot import Robot
 
 POSE = 'geometry_msgs/msg/PoseWithCovarianceStamped'
 HEADER = 'std_msgs/msg/Header'
-STREAMS = ('encoder', 'imu', 'set_pose', 'odometry_reset')
+TF = 'tf2_msgs/msg/TFMessage'
+STREAMS = ('encoder', 'imu', 'set_pose', 'odometry_reset', 'tf_static')
 TYPES = {'encoder': (JOINT_STATE, *TICKS), 'imu': (IMU,), 'set_pose': (POSE,),
-         'odometry_reset': (HEADER,)}
+         'odometry_reset': (HEADER,), 'tf_static': (TF,)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,12 +26,14 @@ class Topics:
     imu: str | None = 'imu/data_raw'
     set_pose: str | None = 'set_pose'
     odometry_reset: str | None = 'odometry_reset'
+    tf_static: str | None = None  # read only where the robot file has imu.from_tf
 
     @classmethod
-    def of(cls, source: str, encoder: str | None = None, imu: str | None = None,
+    def of(cls, robot: Robot, encoder: str | None = None, imu: str | None = None,
            use_imu: bool = True) -> Topics:
-        """Defaults for an encoder source, with names given by the user put in their place."""
-        found = cls(encoder=encoder or source)
+        """Defaults for a robot, with names given by the user put in their place."""
+        found = cls(encoder=encoder or robot.encoder.source,
+                    tf_static='tf_static' if robot.imu.from_tf else None)
         return replace(found, imu=(imu or found.imu) if use_imu else None)
 
     def stream(self, channel: Channel) -> str | None:

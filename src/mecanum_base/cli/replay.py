@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
     from mecanum_base.cli.progress import Progress
     from mecanum_base.robot_file import load_robot
     robot = load_robot(options.robot)
-    topics = Topics.of(robot.encoder.source, options.encoder_topic, options.imu_topic,
+    topics = Topics.of(robot, options.encoder_topic, options.imu_topic,
                        not options.no_imu)
     begin = time.perf_counter()
     with Progress('replay') as progress:

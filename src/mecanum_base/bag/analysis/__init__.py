@@ -1,0 +1,1 @@
+"""What a recording tells: findings, drift, wiring faults, calibration."""
