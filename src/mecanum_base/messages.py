@@ -106,7 +106,7 @@ def pose_sample(msg: Any) -> PoseSample:
     return PoseSample(
         stamp_ns(msg.header.stamp),
         np.array([float(pose.position.x), float(pose.position.y), yaw_of(pose.orientation)]),
-        grid[np.ix_(axes, axes)])
+        grid[np.ix_(axes, axes)], frame_of(msg))
 
 
 def reset_sample(msg: Any) -> ResetSample:
@@ -296,7 +296,7 @@ def write_rate_array(rates: FloatArray, msg: Any) -> Any:
     return msg
 
 
-def write_twist(stamp: int, twist: FloatArray, msg: Any, frame: str) -> Any:
+def write_stamped_twist(stamp: int, twist: FloatArray, msg: Any, frame: str) -> Any:
     """Fill a geometry_msgs/TwistStamped with a twist (3,)."""
     _write_header(stamp, frame, msg.header)
     _write_twist(twist, msg.twist)
@@ -354,11 +354,4 @@ def scan_points(msg: Any) -> FloatArray:
 def write_twist(twist: FloatArray, msg: Any) -> Any:
     """Fill a geometry_msgs/Twist from a twist (3,)."""
     _write_twist(twist, msg)
-    return msg
-
-
-def write_stamped_twist(twist: FloatArray, stamp: int, frame: str, msg: Any) -> Any:
-    """Fill a geometry_msgs/TwistStamped from a twist (3,)."""
-    _write_header(stamp, frame, msg.header)
-    _write_twist(twist, msg.twist)
     return msg

@@ -59,11 +59,15 @@ class CommandSample:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseSample:
-    """A pose given from outside (set_pose): pose (3,) and covariance (3, 3) in odom."""
+    """A pose given from outside (set_pose): pose (3,) and covariance (3, 3) in ``frame``.
+
+    ``frame`` is empty or names the odometry frame; others are refused at the border.
+    """
 
     stamp_ns: int
     pose: FloatArray
     covariance: FloatArray
+    frame: str = ''
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.clock import Clock, ClockType
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 
 from mecanum_base import messages
 from mecanum_base.ros.qos import RELIABLE
@@ -20,6 +21,7 @@ from mecanum_base.ros.qos import RELIABLE
 OK, WARN, ERROR, STALE = 0, 1, 2, 3
 PERIOD = 1.0  # s
 STALE_AFTER = 1.0  # s without a message
+BUSY = 0.9  # of one core
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +91,11 @@ class Source:
 
 
 class Diagnostics:
-    """Publishes the statuses of one node on /diagnostics, about once a second."""
+    """Publishes the statuses of one node on /diagnostics, about once a second.
+
+    Two statuses are added to those of ``collect``: the load of the executor's thread, and the
+    clock where the node runs on simulated time.
+    """
 
     def __init__(self, node: Any, collect: Callable[[], Sequence[Status]],
                  hardware_id: str = 'mecanum_base') -> None:
@@ -97,14 +103,32 @@ class Diagnostics:
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', RELIABLE)
         self._timer = node.create_timer(PERIOD, self.publish,
                                         clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._before = (time.monotonic(), time.thread_time(), 0)
 
     def publish(self) -> tuple[Status, ...]:
         """Collect and send now; returns what was sent."""
         prefix = self._node.get_name()
         statuses = tuple(
             Status(f'{prefix}: {s.name}', s.level, s.message, s.values,
-                   s.hardware_id or self._hardware) for s in self._collect())
+                   s.hardware_id or self._hardware) for s in (*self._collect(), *self._process()))
         stamp = self._node.get_clock().now().nanoseconds
         self._publisher.publish(messages.write_diagnostics(
             stamp, statuses, DiagnosticArray(), DiagnosticStatus, KeyValue))
         return statuses
+
+    def _process(self) -> list[Status]:
+        wall, cpu, ros = self._before
+        clock = self._node.get_clock()
+        self._before = time.monotonic(), time.thread_time(), clock.now().nanoseconds
+        passed = self._before[0] - wall
+        load = (self._before[1] - cpu) / passed if passed > 0.0 else 0.0
+        found = [Status('executor', WARN if load > BUSY else OK,
+                        f'{100.0 * load:.0f} % of one core', {'load': f'{load:.3f}'})]
+        if clock.ros_time_is_active:
+            stopped = self._before[2] == ros
+            text = 'simulated time stands still' if stopped else 'simulated time advances'
+            if self._before[2] == 0:
+                text = 'use_sim_time is set and nothing was heard on /clock'
+            found.append(Status('clock', STALE if stopped else OK, text,
+                                {'time [s]': f'{1e-9 * self._before[2]:.3f}'}))
+        return found

@@ -120,6 +120,11 @@ class Estimator:
         self._restarts += 1
 
     @property
+    def newest_ns(self) -> int | None:
+        """Newest stamp of any sample since the start or restart."""
+        return self._order.newest
+
+    @property
     def episodes(self) -> tuple[SlipEpisode, ...]:
         """Slip episodes so far, the one that still lasts included."""
         return self._episodes.all()
