@@ -127,10 +127,10 @@ class DriveNode(RobotNode):
 
     def _send(self, told: Told) -> None:
         self.told = told
-        stamp = self.get_clock().now().nanoseconds
+        stamp, frames = self.get_clock().now().nanoseconds, self.robot.frames
         self._wheels.send(stamp, told.rates)
-        self._limited.publish(messages.write_twist(
-            stamp, told.twist, TwistStamped(), self.robot.frames.base_frame_id))
+        self._limited.publish(messages.write_stamped_twist(
+            stamp, told.twist, TwistStamped(), frames.tf_frame_prefix + frames.base_frame_id))
         self._log_transitions()
 
     def _log_transitions(self) -> None:

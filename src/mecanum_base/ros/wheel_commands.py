@@ -37,7 +37,7 @@ class WheelCommands:
 
     def send(self, stamp_ns: int, rates: FloatArray) -> None:
         """Publish ``rates`` (W,) rad/s, order and positive sense of the wheel table."""
-        ordered = (rates * self._sign)[self._order]
+        ordered = (rates * self._sign)[self._order] + 0.0  # no -0.0
         if self._as_array:
             message = messages.write_rate_array(ordered, Float64MultiArray())
         else:

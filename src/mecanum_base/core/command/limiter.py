@@ -87,8 +87,10 @@ class TwistLimiter:
         return self.twist
 
     def _slowing_part(self, path: FloatArray) -> float:
-        """The fraction of ``path`` on which the base gets slower."""
-        scale = 1.0 / self.limits.deceleration
+        """The fraction of ``path`` on which the base gets slower, measured in deceleration."""
+        unit = np.where(np.isinf(self.limits.deceleration), self.limits.acceleration,
+                        self.limits.deceleration)
+        scale = 1.0 / np.where(np.isinf(unit), 1.0, unit)
         length = float((scale * path) @ (scale * path))
         if length == 0.0:
             return 0.0
