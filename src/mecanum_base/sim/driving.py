@@ -52,6 +52,8 @@ class Segment:
 
     seconds: float = parameter('float', 's', 'how long', low=0.0)
     twist: FloatArray = parameter('floats', 'm/s, m/s, rad/s', 'vx, vy, wz in base_link')
+    name: str = parameter('str', '', 'name of the phase that begins here, for reports',
+                          default='')
 
     def __post_init__(self) -> None:
         if len(self.twist) != 3:

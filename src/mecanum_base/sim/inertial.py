@@ -17,44 +17,49 @@ from mecanum_base.core.estimation.sensors import ImuConfig
 from mecanum_base.core.parameter import FloatArray
 from mecanum_base.sim.config import SimConfig
 from mecanum_base.sim.imu_presets import PRESETS
-from mecanum_base.sim.randomness import Normals, stream
+from mecanum_base.sim.randomness import stream
 
 Three = tuple[float, float, float]
+_BLOCK = 256  # samples for which random numbers are drawn at once
 
 
 class _Triad:
-    """Three axes of one kind with their errors."""
+    """Three axes of one kind with their errors; random numbers are drawn in blocks."""
 
     def __init__(self, matrix: FloatArray, bias: list[float], walk: float, noise: float,
                  lsb: float, full: float, seed: int, name: str) -> None:
-        self._m = [float(v) for v in matrix.ravel()]
-        self._start, self._walk, self._noise = bias, walk, noise
-        self._lsb, self._full = lsb, full
+        self._m = tuple(float(v) for v in matrix.ravel())
+        self._start, self._walk, self._noise = np.array(bias), walk, noise
+        self._lsb, self._full = lsb, full if full > 0.0 else math.inf
         self._seed, self._name = seed, name
         self.restart()
 
     def restart(self) -> None:
-        self.bias = list(self._start)
-        self._normal = Normals(self._seed, self._name)
+        self._bias = self._start
+        self._generator = stream(self._seed, self._name)
+        self._left: list[list[float]] = []
+
+    def _draw(self) -> None:
+        draw = self._generator.standard_normal((_BLOCK, 9))
+        bias = self._bias + self._walk * np.cumsum(draw[:, :3], axis=0)
+        self._bias = bias[-1]
+        self._left = np.hstack([bias + self._noise * draw[:, 3:6], draw[:, 6:]]).tolist()
+        self._left.reverse()
 
     def read(self, felt: Three, shake: float) -> list[float]:
         """Reading of the felt vector; ``shake`` is the standard deviation of the vibration."""
-        normal, m, bias = self._normal, self._m, self.bias
-        x, y, z = felt
-        if shake > 0.0:
-            x, y, z = x + shake * normal(), y + shake * normal(), z + shake * normal()
-        out = []
-        for k in range(3):
-            if self._walk > 0.0:
-                bias[k] += self._walk * normal()
-            value = m[3 * k] * x + m[3 * k + 1] * y + m[3 * k + 2] * z + bias[k]
-            if self._noise > 0.0:
-                value += self._noise * normal()
-            if self._full > 0.0:
-                value = min(max(value, -self._full), self._full)
-            if self._lsb > 0.0:
-                value = math.floor(value / self._lsb + 0.5) * self._lsb
-            out.append(value)
+        if not self._left:
+            self._draw()
+        ex, ey, ez, sx, sy, sz = self._left.pop()
+        x, y, z = felt[0] + shake * sx, felt[1] + shake * sy, felt[2] + shake * sz
+        m0, m1, m2, m3, m4, m5, m6, m7, m8 = self._m
+        out = [m0 * x + m1 * y + m2 * z + ex, m3 * x + m4 * y + m5 * z + ey,
+               m6 * x + m7 * y + m8 * z + ez]
+        lsb, full = self._lsb, self._full
+        if lsb > 0.0:
+            out = [math.floor(value / lsb + 0.5) * lsb for value in out]
+        if max(out) > full or min(out) < -full:
+            out = [min(max(value, -full), full) for value in out]
         return out
 
 

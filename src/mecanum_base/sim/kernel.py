@@ -5,16 +5,17 @@ Rigid body with mass centre C (models.md 1.3, about C so that no Coriolis terms 
     m dv_C/dt = F,   I_C dw/dt = M_C                      v_C in floor axes, w about z
     s_b = b . (v_A + w x AC') + r u (a_perp . b)          slip speed along the roller axis b
     I_w du/dt = tau_motor - tau_bearing - r (a_perp . F_contact)          (models.md 1.2, T5)
-    F_b = -N (sigma0 z + sigma1 dz/dt),   dz/dt = s - (sigma0 |s| / g(s) + kappa |v_A|) z
+    F_b = -N (sigma0 z + sigma1 dz/dt),   dz/dt = s - z sqrt((sigma0 s / g(s))^2 + (kappa v_A)^2)
     g(s) = mu_k + (mu_s - mu_k) exp(-(s/v_s)^2)           static peak, Coulomb plateau
     F_t = -N mu_r s_t / sqrt(s_t^2 + v_0^2)               drag of the roller bearing, across b
 
 b, contact point and lever are those of the momentary roller (models.md 2.1, G10, G11). z is the
-shear of the contact (LuGre law; Canudas de Wit et al. 1995), kappa |v_A| its renewal by rolling
-(Canudas de Wit & Tsiotras 1999), which makes creep proportional to force and speed. Forces are
-linear in the new speeds with frozen factors, so wheels, hinges and shear are eliminated and a
-symmetric 3x3 system remains: stable at any stiffness. Heave, roll and pitch on the supports (equal
-stiffness, unilateral) give the loads, symplectic Euler.
+shear of the contact (LuGre law; Canudas de Wit et al. 1995), kappa v_A its renewal by rolling (as
+Canudas de Wit & Tsiotras 1999, but joined by the root of squares, so that a locked wheel still
+slides at mu_k): creep is proportional to force and speed, s / v_A = F_b kappa / (N sigma0).
+Forces are linear in the new speeds with frozen factors, so wheels, hinges and shear are eliminated
+and a symmetric 3x3 system remains: stable at any stiffness. Heave, roll and pitch on the supports
+(equal stiffness, unilateral) give the loads, symplectic Euler.
 
 Tyres of carrier wheels use the same law along and across. Not modelled: winding inductance, spin
 friction of the contact, roller inertia, gyroscopic moments of wheels, carriers that tilt.
@@ -182,10 +183,13 @@ def advance(
                 if square * stribeck < 30.0:
                     level += (static - kinetic) * math.exp(-square * stribeck)
                 level *= inputs[n + I_GRIP]
-                decay = kappa * math.sqrt(vx * vx + vy * vy)
-                decay += sigma0 * math.sqrt(square) / (level + 1e-6)
-                fade = 1.0 / (1.0 + dt * decay)
-                gain = load * (sigma0 + sigma1 / dt) * fade
+                gain = 0.0
+                if level > 0.0:
+                    decay = math.sqrt(square * (sigma0 / level) ** 2
+                                      + (vx * vx + vy * vy) * kappa * kappa)
+                    gain = load * (sigma0 + sigma1 / dt) / (1.0 + dt * decay)
+                else:
+                    turn[t + T_SHEAR], turn[t + T_SHEAR_SIDE] = 0.0, 0.0
                 ab = (gain - load * sigma1 / dt) * turn[t + T_SHEAR]
                 bb = gain * dt
                 if tyre:

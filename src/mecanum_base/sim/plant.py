@@ -62,6 +62,9 @@ class Plant:
             self.inputs[i * at.INPUT] = rest[i]
             self.turn[i * at.TURN + at.T_SLIP_ANGLE] = 0.0
             self.turn[i * at.TURN + at.T_ANGLE] = 0.0
+            self.turn[i * at.TURN + at.T_RATE] = 0.0
+        for place in (at.S_VX, at.S_VY, at.S_W):
+            state[place] = 0.0
         state[at.S_X], state[at.S_Y], state[at.S_YAW] = constants[at.CX], constants[at.CY], 0.0
 
     def advance(self, steps: int) -> None:

@@ -58,7 +58,9 @@ class Simulation:
         self._transport = Transport(sim)
         self._injection = Injection(self.scenario.events, body.count)
         self._limit = [float(v) for v in body.max_speed]
-        self._rates = (sim.imu_rate, sim.encoder_rate, sim.truth_rate)
+        self._spacing = [NANOSECONDS / (rate * step_ns)  # physics steps between samples
+                         for rate in (sim.imu_rate, sim.encoder_rate, sim.truth_rate)]
+        self._take = (self._take_imu, self._take_encoder, self._take_truth)
         self._radius = float(np.mean(body.wheels[at.W_RADIUS::at.WHEEL]))
         self._begin()
         if sim.fault != 'none':
@@ -168,12 +170,12 @@ class Simulation:
         self._quiet = _NEVER
 
     def _measure(self) -> None:
-        for kind, take in enumerate((self._take_imu, self._take_encoder, self._take_truth)):
-            if self._next[kind] <= self._steps:
-                take(self._index[kind])
+        steps, due = self._steps, self._next
+        for kind in range(3):
+            if due[kind] <= steps:
+                self._take[kind](self._index[kind])
                 self._index[kind] += 1
-                self._next[kind] = math.ceil(
-                    self._index[kind] * NANOSECONDS / (self._rates[kind] * self._step_ns) - 1e-9)
+                due[kind] = math.ceil(self._index[kind] * self._spacing[kind] - 1e-9)
 
     def _publish(self, elapsed_ns: int, reading: Reading) -> None:
         self._sequence += 1
@@ -181,8 +183,7 @@ class Simulation:
 
     def _take_imu(self, index: int) -> None:
         state, active = self.plant.state, self._injection.active
-        speed = sum(abs(rate) for rate in self.plant.column(at.T_RATE)) * self._radius / len(
-            self._limit)
+        speed = self._radius * sum(map(abs, self.plant.column(at.T_RATE))) / len(self._limit)
         gyro, accel = self._inertial.read(
             (state[at.S_GX], state[at.S_GY], state[at.S_GZ]),
             (state[at.S_AX], state[at.S_AY], state[at.S_AZ]), speed)
