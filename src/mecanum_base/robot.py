@@ -9,6 +9,7 @@ blocks. :func:`Robot.from_mapping` raises ConfigError; keys outside the known bl
 from __future__ import annotations
 
 import dataclasses
+import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Union
@@ -96,7 +97,9 @@ class Robot:
             raise ConfigError('carriers', '...', 'must not stand beside wheels: a robot has one '
                               'or the other')
         if 'wheels' not in mapping and 'carriers' not in mapping:
-            raise ConfigError.missing('wheels', 'the wheel table')
+            raise _missing_block('wheels', 'the wheel table', ignored)
+        if 'encoder' not in mapping:
+            raise _missing_block('encoder', 'resolution and wiring of the encoders', ignored)
         kind = 'wheels' if 'wheels' in mapping else 'carriers'
         blocks = {name: read_section(section, mapping.get(name, {}), name)
                   for name, section in BLOCKS.items() if name not in ('wheels', 'carriers')}
@@ -116,6 +119,16 @@ class Robot:
     def replace(self, **changes: Any) -> Robot:
         """A copy with some blocks replaced."""
         return dataclasses.replace(self, **changes)
+
+
+def _missing_block(name: str, meaning: str, ignored: tuple[str, ...]) -> ConfigError:
+    """The error for a block that is not there; it points at a key that looks like it."""
+    for wanted in (name, 'carriers') if name == 'wheels' else (name,):
+        close = difflib.get_close_matches(wanted, ignored, n=1, cutoff=0.6)
+        if close:
+            return ConfigError(close[0], '...', f'unknown block, and {wanted!r} is '
+                               f'missing: did you mean {wanted!r}?')
+    return ConfigError.missing(name, meaning)
 
 
 def _with_short_names(mapping: Mapping[str, Any]) -> dict[str, Any]:

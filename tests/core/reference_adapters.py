@@ -32,7 +32,7 @@ from mecanum_base.core.roller import shape as shapes
 from mecanum_base.core.roller import sizing
 from mecanum_base.core.roller import torus as tori
 from mecanum_base.core.slip import drive, encoder, ratio
-from mecanum_base.core.turning import centre, pivot, two_wheel
+from mecanum_base.core.turning import pivot, two_wheel
 
 ADAPTERS = {}
 TLALE_NAMES = ('FR', 'FL', 'RL', 'RR')
@@ -81,7 +81,7 @@ def integrate(slope, state, time, steps):
     return state
 
 
-# --- kinematics ----------------------------------------------------------------------------------
+# --- kinematics -----------------------------------------------------------------------------
 
 @adapter
 def rect_ik(i):
@@ -200,7 +200,7 @@ def square_drive(i):
     return {'wheel_angle_per_leg_FL_FR_RL_RR': legs, 'end_pose': pose}
 
 
-# --- rollers and contact -------------------------------------------------------------------------
+# --- rollers and contact --------------------------------------------------------------------
 
 def _shape(i):
     return shapes.RollerShape(i['r'], i['d'], i['delta'])
@@ -304,7 +304,7 @@ def exact_odometry4(i):
     return _odometry(i, 'pose_exact_ls')
 
 
-# --- source T: slip, velocity, force, turning, dynamics --------------------------------------------
+# --- source T: slip, velocity, force, turning, dynamics ---------------------------------------
 
 @adapter
 def encoder_rate(i):
@@ -461,7 +461,7 @@ def normal_loads3(i):
                                         np.array(i['mass_centre']), gravity=i['g'])}
 
 
-# --- source D ------------------------------------------------------------------------------------
+# --- source D -------------------------------------------------------------------------------
 
 def carriers_of(robots, angles=(0.0, 0.0)):
     def column(key):
@@ -583,7 +583,7 @@ def potential_circle_lag(i):
             'steady_distance': np.hypot(*(goal - pose)[:2]), 'phase_lag': -se2.wrap_angle(lag)}
 
 
-# --- combinations --------------------------------------------------------------------------------
+# --- combinations ---------------------------------------------------------------------------
 
 @adapter
 def combinations81(i):

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
-import reference_adapters  # noqa: E402  (lives beside this file)
+import reference_adapters
 
 OWN = pathlib.Path(__file__).parents[1] / 'data' / 'reference_cases.json'
 FILE = pathlib.Path(os.environ.get('REFERENCE_CASES') or OWN)

@@ -93,6 +93,7 @@ def _advice(error: ModuleNotFoundError) -> str:
     if name == 'rclpy' or name.endswith('_msgs') or name == 'std_srvs':
         return "source a ROS 2 Jazzy, or pip install 'mecanum_base[ros]' in a venv"
     extra = {'matplotlib': 'report', 'plotly': 'report', 'jinja2': 'report', 'numba': 'fast',
+             'trimesh': 'mesh',
              'dask': 'fleet', 'distributed': 'fleet'}.get(name)
     package = f'mecanum_base[{extra}]' if extra else name
     return f"pip install '{package}'"

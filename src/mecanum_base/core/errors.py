@@ -24,7 +24,7 @@ class ConfigError(MecanumBaseError):
 
     def __init__(self, key: str, value: object, rule: str, unit: str = '') -> None:
         self.key, self.value, self.rule, self.unit = key, value, rule, unit
-        shown = '' if value is _ABSENT else f' = {value!r}'
+        shown = '' if value is _ABSENT or value is None else f' = {value!r}'
         super().__init__(f'{key}{shown}: {rule}' + (f' [{unit}]' if unit else ''))
 
     @classmethod

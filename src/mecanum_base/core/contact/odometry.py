@@ -27,7 +27,7 @@ from mecanum_base.core.kinematics.solve import body_from_wheels, weights
 from mecanum_base.core.kinematics.wheels import Wheels
 from mecanum_base.core.parameter import FloatArray
 
-MAX_STEP = 0.05  # rad of the fastest wheel per integration step: pose error below 1e-8 m a metre
+MAX_STEP = 0.02  # rad of the fastest wheel per integration step: pose error below 1e-8 m a metre
 
 
 def exact_twist(wheels: Wheels, angles: FloatArray, rates: FloatArray,

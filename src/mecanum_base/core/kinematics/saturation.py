@@ -43,3 +43,13 @@ def desaturate(matrix: FloatArray, twist: FloatArray, limits: FloatArray,
     factor = min(1.0, max(0.0, float(np.min(room))))
     served: FloatArray = yaw + factor * push
     return served
+
+
+def fastest(matrix: FloatArray, direction: FloatArray, limits: FloatArray) -> float:
+    """Largest factor on the twist ``direction`` (3,) that H (W, 3) serves within limits (W,).
+
+    inf where no wheel that turns has a limit.
+    """
+    share = np.abs(matrix @ direction) / limits
+    largest = float(np.max(share))
+    return 1.0 / largest if largest > 0.0 else float('inf')

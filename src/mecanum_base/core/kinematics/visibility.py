@@ -23,7 +23,7 @@ from mecanum_base.core.kinematics.wheels import Wheels
 from mecanum_base.core.parameter import FloatArray
 
 FAINT = 1e-6  # columns below this share of the largest are not seen
-PARALLEL = 1e-3  # sine of the angle below which two columns leave the same trace
+PARALLEL = 1e-3  # rad between two columns below which they leave the same trace
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,13 +32,15 @@ class Visibility:
 
     ``parities`` number of independent checks; ``seen`` (W,) bool; ``confused`` for each wheel the
     indices of wheels with the same trace; ``isolable`` (W,) bool: seen and confused with none;
-    ``hidden`` (K, W) orthonormal slip patterns in rad/s that no check sees.
+    ``separation`` (W,) rad between a wheel's trace and the nearest other one, small = easily
+    confused in noise; ``hidden`` (K, W) orthonormal slip patterns in rad/s that no check sees.
     """
 
     parities: int
     seen: tuple[bool, ...]
     confused: tuple[tuple[int, ...], ...]
     isolable: tuple[bool, ...]
+    separation: FloatArray
     hidden: FloatArray
 
 
@@ -49,19 +51,21 @@ def assess_visibility(wheels: Wheels, *, gyro: bool) -> Visibility:
         scale = float(np.linalg.norm(matrix[:, 2]))  # rad/s of yaw weighed like wheel rates
         matrix = np.vstack([matrix, [0.0, 0.0, scale]])
     rows = parity_basis(matrix)[:, :wheels.count]
-    size = np.linalg.norm(rows, axis=0) if len(rows) else np.zeros(wheels.count)
-    seen = tuple(bool(value > FAINT) for value in size)
-    confused = tuple(
-        tuple(j for j in range(wheels.count)
-              if j != i and seen[i] and seen[j] and _same_trace(rows[:, i], rows[:, j]))
-        for i in range(wheels.count))
-    isolable = tuple(s and not c for s, c in zip(seen, confused))
-    return Visibility(len(rows), seen, confused, isolable, _null_space(rows, wheels.count))
+    size = np.linalg.norm(rows, axis=0)
+    seen = size > FAINT
+    angle = _angles(rows / np.where(seen, size, 1.0))
+    angle[~np.outer(seen, seen)] = np.pi / 2.0  # an unseen wheel is confused with none
+    confused = tuple(tuple(int(j) for j in np.flatnonzero(row < PARALLEL)) for row in angle)
+    return Visibility(len(rows), tuple(seen.tolist()), confused,
+                      tuple(bool(s) and not c for s, c in zip(seen, confused)),
+                      np.min(angle, axis=1), _null_space(rows, wheels.count))
 
 
-def _same_trace(first: FloatArray, second: FloatArray) -> bool:
-    cosine = float(first @ second) / float(np.linalg.norm(first) * np.linalg.norm(second))
-    return 1.0 - cosine * cosine < PARALLEL ** 2
+def _angles(units: FloatArray) -> FloatArray:
+    """(W, W) rad in [0, pi/2] between the lines along the columns; pi/2 on the diagonal."""
+    angle: FloatArray = np.arccos(np.clip(np.abs(units.T @ units), 0.0, 1.0))
+    np.fill_diagonal(angle, np.pi / 2.0)
+    return angle
 
 
 def _null_space(rows: FloatArray, count: int) -> FloatArray:

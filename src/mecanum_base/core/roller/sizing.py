@@ -136,3 +136,25 @@ def neighbour_clearance(shape: RollerShape, count: int, length: float, samples: 
     if not np.any(beside):
         return math.inf
     return float(np.min(gap[beside]))
+
+
+def clear_pin_radius(shape: RollerShape, count: int, length: float | None) -> float | None:
+    """Smallest pin radius [m] at which neighbours do not intersect; None where there is none.
+
+    Same wheel radius and angle; ``length`` m, or None for the shortest that takes over.
+    """
+    def gap(pin: float) -> float:
+        other = RollerShape(shape.radius, pin, shape.angle)
+        chosen = size(other, count, None).length if length is None else length
+        return neighbour_clearance(other, count, chosen, samples=40)
+
+    low, high = shape.pin_radius, shape.radius * math.cos(math.pi / count) * (1.0 - 1e-6)
+    try:
+        if gap(high) < 0.0:
+            return None
+        for _ in range(20):
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if gap(middle) >= 0.0 else (middle, high)
+    except ConfigError:  # so long a roller would end in a point
+        return None
+    return high

@@ -67,3 +67,10 @@ def axis_height_error_leading(shape: RollerShape, u: FloatArray) -> FloatArray:
     """(N,) m: leading term of the same, -d cos^2(delta) u^4 / 8 (G Theorem 1: order 3)."""
     value: FloatArray = -shape.pin_radius * math.cos(shape.angle)**2 * u**4 / 8.0
     return value
+
+
+def torus_radius(shape: RollerShape, along: FloatArray) -> FloatArray:
+    """(N,) m: radius of the torus roller at positions (N,) m along its axis (G eq. 6 solved)."""
+    torus = torus_of(shape)
+    radius: FloatArray = np.sqrt(torus.meridian_radius**2 - along**2) - torus.centre_radius
+    return radius

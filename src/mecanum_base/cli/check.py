@@ -1,0 +1,60 @@
+"""`mecanum check`: is this robot file valid, and what will the robot be able to do and to see?"""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import sys
+
+from mecanum_base.cli.check_carriers import describe_carriers
+from mecanum_base.cli.check_wheels import describe_wheels
+from mecanum_base.core.kinematics.wheels import Wheels
+from mecanum_base.robot import BLOCKS, Robot
+from mecanum_base.robot_file import load_robot
+
+HELP = 'validate a robot file and tell what the robot can do and its encoders can see'
+EXAMPLE = """mecanum check config/mecanum4.yaml
+mecanum check my_robot.yaml --strict      # unknown keys are errors
+
+exit codes: 0 fine, 1 findings (the file is valid but the base is poor), 2 the file is invalid"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Options of the verb."""
+    parser.add_argument('robot_file', metavar='ROBOT_FILE', help='robot file (YAML)')
+    parser.add_argument('--strict', action='store_true',
+                        help='unknown top-level keys are errors (default: one warning)')
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the description; 1 if there are findings. An invalid file raises ConfigError."""
+    robot = load_robot(options.robot_file, strict=options.strict)
+    if robot.ignored:
+        print(_warning(robot.ignored), file=sys.stderr)
+    lines, findings = describe(robot)
+    print(f'{options.robot_file}: valid')
+    print('\n'.join(lines))
+    print()
+    if not findings:
+        print('findings: none')
+        return 0
+    print('findings:')
+    for finding in findings:
+        print(f'  - {finding}')
+    return 1
+
+
+def describe(robot: Robot) -> tuple[list[str], list[str]]:
+    """(lines for people, findings) on a valid robot."""
+    base = robot.base
+    return (describe_wheels(base, robot) if isinstance(base, Wheels)
+            else describe_carriers(base, robot))
+
+
+def _warning(ignored: tuple[str, ...]) -> str:
+    """One line that names the unknown top-level keys and what they may have been meant for."""
+    parts = []
+    for key in ignored:
+        close = difflib.get_close_matches(key, list(BLOCKS), n=1, cutoff=0.7)
+        parts.append(f'{key} (did you mean {close[0]}?)' if close else key)
+    return f'warning: unknown top-level keys, ignored: {", ".join(parts)}'
