@@ -184,3 +184,16 @@ def test_a_command_order_that_does_not_name_every_wheel_once_is_an_error(order):
 def test_a_limit_needs_three_entries_or_none():
     with pytest.raises(ConfigError, match='max_velocity.*three entries'):
         DriveConfig(max_velocity=(1.0, 2.0))
+
+
+def test_a_jittering_timer_neither_bends_the_ramp_nor_overshoots(wheels):
+    driver, rng = Driver(geometry_of(wheels), DriveConfig()), np.random.default_rng(3)
+    now, speeds = 0, []
+    for i in range(300):
+        if i < 150:
+            driver.stopping.accept(np.array([0.6, 0.0, 0.0]), np.zeros(3), now)
+        speeds.append(driver.step(now).twist[0])
+        now += int(STEP + rng.uniform(-9, 9) * MS)
+    assert max(speeds) == 0.6 and min(speeds) == 0.0 and speeds[-1] == 0.0
+    # 3 m/s^2 over at most two periods of 0.02 s between two sendings
+    assert np.abs(np.diff(speeds)).max() <= 0.12 + 1e-12

@@ -37,7 +37,7 @@ twist = st.tuples(st.floats(-2, 2), st.floats(-2, 2), st.floats(-4, 4))
 
 
 @pytest.mark.parametrize('shape', ['ellipse', 'box'])
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=30, deadline=None, derandomize=True)
 @given(targets=st.lists(twist, min_size=1, max_size=5), hold=st.integers(1, 40))
 def test_acceleration_and_jerk_stay_within_their_limits_for_any_commands(shape, targets, hold):
     unit = limiter(shape)
@@ -51,7 +51,7 @@ def test_acceleration_and_jerk_stay_within_their_limits_for_any_commands(shape, 
 
 
 @pytest.mark.parametrize('shape', ['ellipse', 'box'])
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=30, deadline=None, derandomize=True)
 @given(targets=st.lists(twist, min_size=1, max_size=4))
 def test_without_jerk_limit_the_acceleration_limit_of_each_phase_is_exact(shape, targets):
     unit = limiter(shape, jerk=())
@@ -65,7 +65,7 @@ def test_without_jerk_limit_the_acceleration_limit_of_each_phase_is_exact(shape,
             before = row
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=30, deadline=None, derandomize=True)
 @given(target=twist)
 def test_from_rest_and_back_to_rest_the_direction_is_kept_without_overshoot(target):
     unit = limiter()

@@ -5,6 +5,9 @@
 The wheel limits are applied to the wanted twist, so that the ramp ends at a twist the wheels can
 serve; with roller wheels every twist on the way can then be served too. With hinged carriers H
 changes on the way, so the result is checked again and the ramp goes on from what was told.
+
+Ramps advance in whole periods of ``drive.rate``, as many as have passed (rounded, the rest is
+carried over): a timer that comes a little early or late does not make the ramp uneven.
 """
 
 from __future__ import annotations
@@ -37,6 +40,7 @@ class Driver:
         self.stopping = Stopping(drive.command_timeout, drive.start_enabled)
         self._limiter = TwistLimiter(TwistLimits.from_config(drive))
         self._last_ns: int | None = None
+        self._owed = 0.0  # s that passed and that the ramp has not advanced yet
         self.wanted: FloatArray = np.zeros(3)
         self.configure(drive)
 
@@ -78,14 +82,28 @@ class Driver:
         matrix, limits = self.geometry.matrix(), self.geometry.limits
         reachable = desaturate(matrix, self._limiter.limits.within_velocity(self.wanted),
                                limits, self._drive.keep_yaw)
-        twist = self._limiter.step(reachable, dt)
+        periods = self._periods(dt)
+        for _ in range(periods):
+            self._limiter.step(reachable, self._period)
+        twist = self._limiter.twist
         served = desaturate(matrix, twist, limits, self._drive.keep_yaw)
         if not np.allclose(served, twist, rtol=1e-12, atol=0.0):
             self._limiter.reset(served)
-        self.geometry.move(served, dt)
+        self.geometry.move(served, periods * self._period)
         return Told(served, matrix @ served)
+
+    @property
+    def _period(self) -> float:
+        return 1.0 / self._drive.rate
+
+    def _periods(self, dt: float) -> int:
+        self._owed += dt
+        periods = max(0, round(self._owed / self._period))
+        self._owed -= periods * self._period
+        return periods
 
     def _stand(self) -> Told:
         self._limiter.reset()
+        self._owed = 0.0
         self.wanted = np.zeros(3)
         return Told(np.zeros(3), np.zeros(len(self.geometry.limits)))

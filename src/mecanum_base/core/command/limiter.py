@@ -119,7 +119,7 @@ class TwistLimiter:
             goal = path * min(steepest, _fading(jerk_time, dt) / jerk_time)
         change = goal - self.acceleration
         size = limits.norm(change, limits.jerk)
-        if size > dt:
+        if size > dt * (1.0 + 1e-9):
             self.acceleration = self.acceleration + change * (dt / size)
             return self.twist + self.acceleration * dt
         self.acceleration = goal

@@ -1,0 +1,166 @@
+"""Surroundings of tests with real rclpy: strict messages, fast discovery, nothing shared.
+
+The variables are set when tests are collected, before the first participant of this process reads
+them. Discovery between processes takes up to 3 s by default; the profile makes it 0.2 s.
+"""
+
+import os
+import pathlib
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+import pytest
+
+pytest.importorskip('rclpy')
+
+_PROFILE = """<?xml version="1.0" encoding="UTF-8" ?>
+<dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"><profiles>
+ <participant profile_name="quick" is_default_profile="true"><rtps><builtin><discovery_config>
+  <leaseAnnouncement><sec>0</sec><nanosec>100000000</nanosec></leaseAnnouncement>
+  <initialAnnouncements><count>10</count><period><sec>0</sec><nanosec>50000000</nanosec></period>
+  </initialAnnouncements>
+ </discovery_config></builtin></rtps></participant></profiles></dds>
+"""
+_SCRATCH = tempfile.TemporaryDirectory(prefix='mecanum_base_ros_')
+_profile_file = pathlib.Path(_SCRATCH.name, 'discovery.xml')
+_profile_file.write_text(_PROFILE)
+os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
+os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+os.environ['ROS_LOG_DIR'] = _SCRATCH.name
+os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(_profile_file)
+
+from rclpy.context import Context  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.node import Node  # noqa: E402
+
+import rclpy  # noqa: E402
+from mecanum_base import robot_file  # noqa: E402
+
+STEER_PERIOD = 0.05
+
+
+class Outside:
+    """A plain rclpy node in a context of its own: what another process sees of our nodes."""
+
+    def __init__(self, domain):
+        self.domain = domain
+        self.context = Context()
+        rclpy.init(args=[], context=self.context, domain_id=domain)
+        self.node = Node('outside', context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self.steer = None  # called every 0.05 s while waiting
+
+    def listen(self, message, topic, qos=10):
+        """The list of (time, message) that grows while waiting."""
+        heard = []
+        self.node.create_subscription(
+            message, topic, lambda m: heard.append((time.monotonic(), m)), qos)
+        return heard
+
+    def until(self, condition, what, limit=20.0):
+        """Spin until the condition holds; the limit is generous, for busy machines."""
+        end, following = time.monotonic() + limit, 0.0
+        while not condition():
+            now = time.monotonic()
+            if now > end:
+                raise AssertionError(f'not within {limit} s: {what}')
+            if self.steer is not None and now >= following:
+                self.steer()
+                following = now + STEER_PERIOD
+            self.executor.spin_once(timeout_sec=0.02)
+
+    def wait(self, seconds):
+        """Spin for a while."""
+        end = time.monotonic() + seconds
+        self.until(lambda: time.monotonic() > end, 'time to pass', seconds + 10.0)
+
+    def call(self, service, name, request, limit=20.0):
+        """The answer of a service."""
+        client = self.node.create_client(service, name)
+        self.until(client.service_is_ready, f'service {name}', limit)
+        future = client.call_async(request)
+        self.until(future.done, f'answer of {name}', limit)
+        self.node.destroy_client(client)
+        return future.result()
+
+    def close(self):
+        """Destroy node and context."""
+        self.executor.shutdown()
+        self.node.destroy_node()
+        rclpy.try_shutdown(context=self.context)
+
+
+class Process:
+    """One of our nodes in a process of its own; ``words`` as after ``python``."""
+
+    def __init__(self, domain, *words):
+        environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain), 'PYTHONUNBUFFERED': '1'}
+        self.process = subprocess.Popen(
+            [sys.executable, *map(str, words)], env=environment, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
+        self.output = ''
+
+    def send(self, number):
+        """Send a signal."""
+        self.process.send_signal(number)
+
+    @property
+    def ended(self):
+        """Whether the process has ended."""
+        return self.process.poll() is not None
+
+    def finish(self, limit=20.0):
+        """Exit code after the process has ended by itself."""
+        self.output += self.process.communicate(timeout=limit)[0]
+        return self.process.returncode
+
+    def close(self):
+        """Kill what is left."""
+        if not self.ended:
+            self.process.send_signal(signal.SIGKILL)
+        self.process.communicate()
+
+
+@pytest.fixture(scope='session')
+def robot_path():
+    """The reference robot file."""
+    return robot_file.shipped() / 'mecanum4.yaml'
+
+
+def _free_domain():
+    return random.SystemRandom().randrange(1, 100)  # up to 101 the ports stay below the ephemeral
+
+
+@pytest.fixture
+def outside():
+    """A plain node in a DDS domain of its own, for one test."""
+    watcher = Outside(_free_domain())
+    yield watcher
+    watcher.close()
+
+
+@pytest.fixture(scope='module')
+def outside_of_module():
+    """The same for all tests of a module."""
+    watcher = Outside(_free_domain())
+    yield watcher
+    watcher.close()
+
+
+@pytest.fixture
+def start(outside):
+    """Start ``python WORDS`` in the domain of ``outside``; killed at the end of the test."""
+    started = []
+
+    def begin(*words):
+        started.append(Process(outside.domain, *words))
+        return started[-1]
+
+    yield begin
+    for process in started:
+        process.close()
