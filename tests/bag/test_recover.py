@@ -12,14 +12,14 @@ import pytest
 pytest.importorskip('mcap')
 pytest.importorskip('rosbags')
 
-import yaml  # noqa: E402
-from mcap.reader import NonSeekingReader, make_reader  # noqa: E402
-from rosbags.rosbag2 import Reader  # noqa: E402
-from rosbags.typesys import Stores, get_typestore  # noqa: E402
+import yaml
+from mcap.reader import NonSeekingReader, make_reader
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
 
-from mecanum_base.bag.recorder import Recorder, description  # noqa: E402
-from mecanum_base.bag.recover import recover  # noqa: E402
-from mecanum_base.core.errors import BagError  # noqa: E402
+from mecanum_base.bag.recorder import Recorder, description
+from mecanum_base.bag.recover import recover
+from mecanum_base.core.errors import BagError
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 START = 1_700_000_000_000_000_000

@@ -7,12 +7,12 @@ import pytest
 
 pytest.importorskip('rclpy')
 
-from geometry_msgs.msg import TransformStamped  # noqa: E402
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
+from geometry_msgs.msg import TransformStamped
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from mecanum_base.ros.qos import SENSOR_PUBLISHER  # noqa: E402
-from mecanum_base.ros.scripted import Script  # noqa: E402
-from mecanum_base.ros.transforms import (  # noqa: E402
+from mecanum_base.ros.qos import SENSOR_PUBLISHER
+from mecanum_base.ros.scripted import Script
+from mecanum_base.ros.transforms import (
     MalformedTransform,
     Transforms,
     decode,

@@ -60,7 +60,8 @@ class Recorder:
                 message_type, 'ros2msg', schema.encode())
         metadata = {QOS_KEY: yaml.safe_dump([dict(q) for q in qos]) if qos else '',
                     HASH_KEY: type_hash}
-        number = self._writer.register_channel(topic, 'cdr', self._schemas[message_type], metadata)
+        number: int = self._writer.register_channel(topic, 'cdr', self._schemas[message_type],
+                                                    metadata)
         count = TopicCount(topic, message_type, type_hash, tuple(qos))
         self._file.topics.append(count)
         self._channels[number] = count

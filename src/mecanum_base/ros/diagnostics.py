@@ -83,7 +83,7 @@ class Source:
             level = STALE if needed else WARN
             text = silent or (f'no message on {self.topic}' if not self.received else
                               f'silent for {now - self._arrival:.1f} s')
-        elif new:
+        elif new > 0:
             level = ERROR if new >= received else WARN
             latest = max(counters, key=lambda reason: counters[reason])
             text = f'{new} of {received} rejected, most often: {latest}'

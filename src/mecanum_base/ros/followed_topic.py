@@ -34,7 +34,7 @@ class FollowedTopic:
         self.unknown = ''
         self.offered: tuple[Any, ...] = ()
         self._subscription: Any = None
-        if default:
+        if not self.look() and default:
             self._subscribe(default, [])
 
     def look(self) -> bool:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from mecanum_base.core.estimation.health import Health
+from mecanum_base.core.estimation.notes import unobservable
 from mecanum_base.core.platform.carriers import Carriers
 from mecanum_base.ros.diagnostics import ERROR, OK, STALE, WARN, Source, Status
 from mecanum_base.ros.transforms import Transforms
@@ -21,6 +23,7 @@ class OdometryHealth:
         base = node.robot.base
         radius = base.wheel_radius if isinstance(base, Carriers) else base.radius
         self._radius = (radius.repeat(2) if isinstance(base, Carriers) else radius).tolist()
+        self._limits = unobservable(base)
         self._before = 0
 
     def statuses(self) -> list[Status]:
@@ -29,7 +32,7 @@ class OdometryHealth:
         return [self._encoder_status(health), self._imu_status(health), self._estimator(health),
                 self._slip(), self._transform()]
 
-    def _encoder_status(self, health: Any) -> Status:
+    def _encoder_status(self, health: Health) -> Status:
         rejected = {**_of_stream(health, self._encoder.name), **self._encoder.rejected}
         status = self._encoder.report(rejected=rejected)
         ticks = self._node.ticks
@@ -39,8 +42,8 @@ class OdometryHealth:
                           f'which is ignored; in use: {ticks.type}', status.values)
         return status
 
-    def _imu_status(self, health: Any) -> Status:
-        shown = {'state': getattr(health, 'imu', '')}
+    def _imu_status(self, health: Health) -> Status:
+        shown = {'state': health.imu}
         status = self._imu.report(
             rejected=_of_stream(health, 'imu'), needed=False, values=shown,
             silent=f'no IMU on {self._imu.topic}: odometry from the wheels alone')
@@ -49,7 +52,7 @@ class OdometryHealth:
         return Status(status.name, ERROR, 'the mount of the IMU is not on tf_static '
                       '(imu.from_tf is true): it is not used', status.values)
 
-    def _estimator(self, health: Any) -> Status:
+    def _estimator(self, health: Health) -> Status:
         count = dict(self._node.topics.count)
         total = sum(count.values())
         new, self._before = total - self._before, total
@@ -62,7 +65,8 @@ class OdometryHealth:
         values |= _numbers(health)
         if not new:
             return Status('estimator', STALE, 'no odometry: no encoder data', values)
-        notes = tuple(health.notes)
+        values |= {f'cannot be seen ({i + 1})': note for i, note in enumerate(self._limits)}
+        notes = [note for note in health.notes if note not in self._limits]
         return Status('estimator', WARN if notes else OK, '; '.join(notes) or 'estimating', values)
 
     def _slip(self) -> Status:
@@ -90,19 +94,20 @@ class OdometryHealth:
         return Status('transform', WARN if topics.tf_missing else OK, topics.tf_way)
 
 
-def _of_stream(health: Any, stream: str) -> dict[str, int]:
+def _of_stream(health: Health, stream: str) -> dict[str, int]:
     return {reason: n for (name, reason), n in health.rejected.items() if name == stream}
 
 
-def _numbers(health: Any) -> dict[str, object]:
+def _numbers(health: Health) -> dict[str, object]:
     """Biases and standstill as text."""
-    shown: dict[str, object] = {'standstill': str(bool(health.standstill)).lower()}
-    for name, unit in (('gyro_bias', 'rad/s'), ('accel_bias', 'm/s2')):
-        value, sigma = getattr(health, name, None), getattr(health, f'{name}_sigma', None)
-        if value is not None and sigma is not None:
-            shown[f'{name} [{unit}]'] = _text(value)
-            shown[f'{name} sigma [{unit}]'] = _text(sigma)
-    return shown
+    return {
+        'standstill': str(health.standstill).lower(),
+        'gyro bias [rad/s]': _text(health.gyro_bias),
+        'gyro bias sigma [rad/s]': _text(health.gyro_bias_sigma),
+        'accel bias [m/s2]': _text(health.accel_bias),
+        'accel bias sigma [m/s2]': _text(health.accel_bias_sigma),
+        'restarts': health.restarts,
+    }
 
 
 def _text(value: Any) -> str:
