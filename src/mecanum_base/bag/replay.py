@@ -11,6 +11,7 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 from mecanum_base.bag.block import NANOSECONDS
 from mecanum_base.bag.reader import Bag
@@ -64,9 +65,25 @@ class Replayed:
     wall_seconds: float
 
 
+class Sink(Protocol):
+    """Takes the estimates of a replay."""
+
+    def write(self, estimate: Estimate) -> None:
+        """Take one estimate."""
+
+    def close(self) -> None:
+        """No more estimates come."""
+
+
 def replay(paths: list[str], robot: Robot, out: str | os.PathLike[str], topics: Topics,
            step: Step | None = None) -> Replayed:
-    """Replay the recording ``paths`` into the folder ``out``.
+    """Replay the recording ``paths`` into files in the folder ``out``; see :func:`replay_into`."""
+    return replay_into(paths, robot, lambda: TrackWriter(out, robot.base.joint), topics, step)
+
+
+def replay_into(paths: list[str], robot: Robot, sink: Callable[[], Sink], topics: Topics,
+                step: Step | None = None) -> Replayed:
+    """Replay the recording ``paths`` into what ``sink`` makes once the first block is read.
 
     Raises BagError where the recording cannot be read or holds no encoder messages.
     """
@@ -76,12 +93,12 @@ def replay(paths: list[str], robot: Robot, out: str | os.PathLike[str], topics: 
         reader = SampleReader(robot.base.joint, topics,
                               lambda stream, reason: intake.estimator.reject(stream, reason))
         course = Course()
-        writer: TrackWriter | None = None
+        writer: Sink | None = None
         try:
             for block in bag.blocks(lambda channel: topics.stream(channel) is not None):
                 batch = reader.batch(block)
                 if writer is None:
-                    writer = TrackWriter(out, robot.base.joint)
+                    writer = sink()
                 for estimates in batch.feed(intake):
                     _take(estimates, writer, course)
                 if step is not None:
@@ -114,7 +131,7 @@ def absent_streams(bag: Bag, topics: Topics) -> list[str]:
             if name == 'imu' and (wanted := getattr(topics, name)) and name not in heard]
 
 
-def _take(estimates: tuple[Estimate, ...], writer: TrackWriter, course: Course) -> None:
+def _take(estimates: tuple[Estimate, ...], writer: Sink, course: Course) -> None:
     for estimate in estimates:
         writer.write(estimate)
         course.add(estimate)

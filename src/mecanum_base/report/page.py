@@ -27,13 +27,24 @@ class Table:
 
 
 @dataclass(frozen=True)
+class Card:
+    """One finding: severity (blocker, warning, note), heading, place and paragraphs."""
+
+    severity: str
+    title: str
+    place: str
+    text: Sequence[str]
+
+
+@dataclass(frozen=True)
 class Section:
-    """A heading, paragraphs, an optional table and an optional figure."""
+    """A heading, paragraphs, an optional table, an optional figure, and findings."""
 
     title: str
     text: Sequence[str] = ()
     table: Table | None = None
     figure: go.Figure | None = None
+    cards: Sequence[Card] = ()
 
 
 def write_page(path: pathlib.Path, title: str, lead: str, sections: Sequence[Section],
@@ -42,7 +53,7 @@ def write_page(path: pathlib.Path, title: str, lead: str, sections: Sequence[Sec
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader('mecanum_base', 'report'), autoescape=True,
         undefined=jinja2.StrictUndefined)
-    shown = [dict(title=s.title, text=s.text, table=s.table,
+    shown = [dict(title=s.title, text=s.text, table=s.table, cards=s.cards,
                   figure=None if s.figure is None else _figure_html(s.figure, index))
              for index, s in enumerate(sections)]
     html = environment.get_template('page.html').render(

@@ -1,0 +1,109 @@
+"""Do wheels and gyro tell the same yaw: time offset, scale, sign, and how well they agree.
+
+Without a robot file the yaw rate is the best linear combination of the wheel rates (every rolling
+base has one); with one it is the third row of the forward matrix.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mecanum_base.bag.analysis.motion import Gyro, WheelMotion
+from mecanum_base.core.parameter import FloatArray, IntArray
+
+GRID = 0.02  # s
+REACH = 0.3  # s: offsets tried
+_WINDOW = 0.1  # s of smoothing for both: encoders are coarse
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class YawAgreement:
+    """``offset`` s: the gyro is late by this much; ``offset_sigma`` its standard deviation;
+    ``scale``: gyro over wheels (1 with right geometry, NaN without a robot file); ``fit``: share
+    of the gyro's variance that the wheels explain; ``turned`` rad: how much the robot turned in
+    all; ``bias`` rad/s: constant part of the gyro that the wheels do not show."""
+
+    offset: float
+    offset_sigma: float
+    scale: float
+    scale_sigma: float
+    fit: float
+    turned: float
+    bias: float
+
+
+def on_grid(stamp_ns: IntArray, integral: FloatArray, start: float, stop: float,
+            origin_ns: int, shift: float = 0.0) -> FloatArray:
+    """Mean rates on a grid from an integral (N, ...) sampled at stamps: differences over
+    ``_WINDOW``."""
+    seconds = (stamp_ns - origin_ns) / 1e9
+    grid = np.arange(start, stop, GRID)
+    columns = integral.reshape(len(seconds), -1)
+    ahead = np.column_stack([np.interp(grid + shift + _WINDOW / 2, seconds, c)
+                             for c in columns.T])
+    behind = np.column_stack([np.interp(grid + shift - _WINDOW / 2, seconds, c)
+                              for c in columns.T])
+    found: FloatArray = (ahead - behind) / _WINDOW
+    return found
+
+
+def yaw_integral(gyro: Gyro) -> FloatArray:
+    """Integral (N,) of gyro z [rad], trapezoidal, gaps bridged."""
+    rate = np.nan_to_num(gyro.rate[:, 2])
+    step = np.diff(gyro.stamp_ns) / 1e9
+    return np.concatenate(([0.0], np.cumsum(step * (rate[1:] + rate[:-1]) / 2.0)))
+
+
+def yaw_agreement(motion: WheelMotion, gyro: Gyro,
+                  row: FloatArray | None = None) -> YawAgreement | None:
+    """Compare them; ``row`` (W,) gives the yaw rate from wheel rates. None without turning."""
+    origin = int(motion.stamp_ns[0])
+    start = max(0.0, (int(gyro.stamp_ns[0]) - origin) / 1e9) + REACH + _WINDOW
+    stop = min(int(motion.stamp_ns[-1]) - origin,
+               int(gyro.stamp_ns[-1]) - origin) / 1e9 - REACH - _WINDOW
+    if stop - start < 2.0:
+        return None
+    wheels = on_grid(motion.stamp_ns, motion.angle, start, stop, origin)
+    if row is not None:
+        wheels = wheels @ row[:, None]
+    integral = yaw_integral(gyro)
+    base = np.column_stack([wheels, np.ones(len(wheels))])
+    if np.abs(wheels).max() < 1e-6:
+        return None
+    shifts = np.arange(-REACH, REACH + 1e-9, 0.01)
+    left, singular, _ = np.linalg.svd(base, full_matrices=False)
+    left = left[:, singular > singular[0] * 1e-9]
+    targets = [on_grid(gyro.stamp_ns, integral, start, stop, origin, s)[:, 0] for s in shifts]
+    cost = np.array([np.sum((t - left @ (left.T @ t)) ** 2) for t in targets])
+    best = int(np.argmin(cost))
+    target = targets[best]
+    spread = float(np.sum((target - target.mean()) ** 2))
+    if spread < 1e-9 or np.sqrt(spread / len(target)) < 0.02:
+        return None
+    offset, sigma = _vertex(shifts, cost, best, len(target))
+    solved = np.linalg.lstsq(base, target, rcond=None)[0]
+    rest = float(cost[best])
+    scale = scale_sigma = float('nan')
+    if row is not None:
+        scale = float(solved[0])
+        centred = wheels[:, 0] - wheels[:, 0].mean()
+        scale_sigma = float(np.sqrt(rest / len(target) * (_WINDOW / GRID)
+                                    / max(float(centred @ centred), 1e-12)))
+    return YawAgreement(offset, sigma, scale, scale_sigma, 1.0 - rest / spread,
+                        float(np.sum(np.abs(target - solved[-1])) * GRID), float(solved[-1]))
+
+
+def _vertex(shifts: FloatArray, cost: FloatArray, best: int, count: int) -> tuple[float, float]:
+    """Minimum of a parabola through the least cost, and its standard deviation."""
+    if best in (0, len(shifts) - 1):
+        return float(shifts[best]), float('inf')
+    a, b, c = cost[best - 1], cost[best], cost[best + 1]
+    curve = a - 2.0 * b + c
+    if curve <= 0.0:
+        return float(shifts[best]), float('inf')
+    step = float(shifts[1] - shifts[0])
+    variance = b / count * (_WINDOW / GRID)  # neighbours share a window
+    return float(shifts[best] + step * 0.5 * (a - c) / curve), float(
+        step * np.sqrt(2.0 * variance / curve))

@@ -1,0 +1,124 @@
+"""The estimator's own track over a recording, kept as columns for findings and plots."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mecanum_base.bag.analysis.drift import Track
+from mecanum_base.bag.analysis.findings import Finding
+from mecanum_base.bag.replay import replay_into
+from mecanum_base.bag.summary import episode_of
+from mecanum_base.bag.topics import Topics
+from mecanum_base.core.parameter import FloatArray, IntArray
+from mecanum_base.core.records import Estimate
+from mecanum_base.robot import Robot
+
+_LOST = 0.05  # m of slip in one episode worth a warning
+
+
+@dataclass(slots=True)
+class Columns:
+    """A sink that keeps pose, covariance and slip of every estimate."""
+
+    stamp: list[int] = field(default_factory=list)
+    pose: list[FloatArray] = field(default_factory=list)
+    sigma: list[tuple[float, float]] = field(default_factory=list)
+    slip: list[FloatArray] = field(default_factory=list)
+    probability: list[FloatArray] = field(default_factory=list)
+    body: list[float] = field(default_factory=list)
+
+    def write(self, estimate: Estimate) -> None:
+        """Keep one estimate."""
+        self.stamp.append(estimate.stamp_ns)
+        self.pose.append(np.array(estimate.pose))
+        spread = estimate.pose_covariance
+        self.sigma.append((float(np.sqrt(max(spread[0, 0] + spread[1, 1], 0.0))),
+                           float(np.sqrt(max(spread[2, 2], 0.0)))))
+        self.slip.append(np.array(estimate.slip.rate))
+        self.probability.append(np.array(estimate.slip.probability))
+        self.body.append(estimate.slip.body_probability)
+
+    def close(self) -> None:
+        """Nothing to do."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EstimatedTrack:
+    """Columns of the estimator's output: track, spread (N, 2), slip (N, W), probabilities."""
+
+    track: Track
+    sigma: FloatArray
+    slip: FloatArray
+    probability: FloatArray
+    body: FloatArray
+    episodes: tuple[dict[str, Any], ...]
+    health: Any
+    path: float
+
+    @property
+    def stamp_ns(self) -> IntArray:
+        """Stamps (N,)."""
+        return self.track.stamp_ns
+
+
+def estimated(paths: list[str], robot: Robot, topics: Topics,
+              step: Callable[[float, float], None] | None = None) -> EstimatedTrack | None:
+    """Run the estimator of the odometry node; None where it gives no estimate."""
+    columns = Columns()
+    done = replay_into(paths, robot, lambda: columns, topics, step)
+    if not columns.stamp:
+        return None
+    return EstimatedTrack(
+        Track(np.array(columns.stamp, dtype=np.int64), np.array(columns.pose)),
+        np.array(columns.sigma), np.array(columns.slip), np.array(columns.probability),
+        np.array(columns.body),
+        tuple(episode_of(e, robot.base.joint) for e in done.intake.estimator.episodes),
+        done.intake.estimator.health, done.course.path)
+
+
+def slip_findings(found: EstimatedTrack, origin_ns: int) -> list[Finding]:
+    """Slip episodes by wheel: how often, how long, how far."""
+    if not found.episodes:
+        return [Finding('note', 'no_slip', 'no slip was found',
+                        f'over {found.path:.1f} m of way', 'nothing to do')]
+    lost: dict[str, float] = {}
+    for episode in found.episodes:
+        for wheel in episode['wheels']:
+            lost[wheel] = lost.get(wheel, 0.0) + float(episode['slip_distance'])
+    total = sum(float(e['end'] - e['start']) for e in found.episodes)
+    worst = max(found.episodes, key=lambda e: float(e['slip_distance']))
+    shares = ', '.join(f'{wheel} {value:.3f} m'
+                       for wheel, value in sorted(lost.items(), key=lambda i: -i[1]))
+    kinds = sorted({str(e['kind']) for e in found.episodes})
+    severe = max(lost.values()) > max(_LOST, 0.01 * found.path)
+    return [Finding(
+        'warning' if severe else 'note', 'slip', 'wheels slip',
+        f'{len(found.episodes)} episodes, {total:.1f} s in all ({", ".join(kinds)}); lost by '
+        f'wheel: {shares}; longest way {worst["slip_distance"]:.3f} m at '
+        f'{worst["start"] - origin_ns / 1e9:.1f} s with probability {worst["probability"]:.2f}',
+        'drive more gently (drive.max_acceleration), look at the floor there, load the wheels '
+        'evenly', spans=tuple((float(e['start'] - origin_ns / 1e9),
+                               float(e['end'] - origin_ns / 1e9)) for e in found.episodes[:100]),
+        numbers={'episodes': float(len(found.episodes)), 'seconds': total,
+                 'largest': float(worst['slip_distance'])})]
+
+
+def health_findings(found: EstimatedTrack) -> list[Finding]:
+    """What the estimator rejected, and what it says it cannot see."""
+    result = []
+    received = sum(found.health.received.values())
+    for (stream, reason), count in sorted(found.health.rejected.items()):
+        share = count / max(found.health.received.get(stream, received), 1)
+        result.append(Finding(
+            'warning' if share > 0.01 else 'note', 'rejected',
+            f'the estimator rejects messages of {stream}',
+            f'{count} for the reason "{reason}" ({100 * share:.2f} %)',
+            'see the findings on stamps and gaps', stream, numbers={'share': share}))
+    for note in found.health.notes:
+        result.append(Finding('note', 'limits', 'what cannot be seen', note,
+                              'keep it in mind when reading the figures'))
+    return result
