@@ -34,6 +34,7 @@ from mecanum_base.core.estimation.layout import (
     PAST,
     PX,
     PY,
+    SIGMA,
     SLOPE,
     VX,
     VY,
@@ -70,13 +71,14 @@ def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: Estimat
         gyro_noise=tuning.gyro_noise, gyro_shake=8e-4,
         accel_noise=tuning.accel_noise, accel_shake=0.004,
         gyro_drift=math.radians(8e-4), accel_drift=0.04, blind_turn=2.0, blind_push=0.8,
-        rolling_noise=0.003, traction_noise=0.002,
-        creep_time=0.3, creep_rest=0.0, creep_traction=0.0,
+        rolling_noise=0.0015, traction_noise=0.001,
+        creep_time=0.15, creep_rest=0.0, creep_traction=0.008, creep_hard=0.02,
+        creep_loose=0.0,
         travel=travel, resolution=np.maximum(0.35 * count, FINEST) + 2e-5,
         tick=np.maximum(count, FINEST),
         late_weight=0.01,
         member=tables.member, likely=tables.likely, change=tables.change,
-        pairs=tables.groups, onset=tables.onset,
+        pairs=tables.groups,
         loose_sigma=3.0, regrip_factor=0.01, flat_speed=0.03, extra_creep=50.0, extra_time=0.15,
         drift_apart=0.15, patience=1.0,
         rest_window=0.25, rest_counts=1.5, rest_gyro=0.02, rest_accel=0.25,
@@ -114,9 +116,10 @@ def memory_of(base: Base, model: Model, tuning: EstimatorConfig) -> Memory:
     m[JITTER] = START_JITTER ** 2
     wheel = np.zeros((WHEEL_ROWS, w))
     wheel[FLAT] = 1.0
+    wheel[SIGMA] = 1.0
     return Memory(
         x=np.zeros(n), P=start_covariance(w, tuning, model.resolution), m=m,
         clock=np.zeros(CLOCK_SIZE, dtype=np.int64), rows=np.ascontiguousarray(rolling_rows(base)),
         hinge=(np.array(base.initial_angle) if isinstance(base, Carriers) else np.zeros(0)),
-        mode=model.onset.copy(), wheel=wheel, slope=np.zeros((2 * SLOPE, w)),
+        mode=np.eye(1, len(model.member))[0], wheel=wheel, slope=np.zeros((2 * SLOPE, w)),
         past=np.zeros((PAST, 1 + 2 * w)), block=np.zeros((3, BLOCK)))

@@ -32,13 +32,12 @@ class Hypotheses:
     """Tables over M hypotheses; number 0 is 'nothing slips'.
 
     ``member`` (M, W), ``likely`` (W, W, M) covariance of slip speeds (m/s)^2, ``change`` (M, M)
-    rates 1/s, ``onset`` (M,) stationary probabilities, ``groups`` (G, W), ``kind`` (M,).
+    rates 1/s, ``groups`` (G, W), ``kind`` (M,).
     """
 
     member: FloatArray
     likely: FloatArray
     change: FloatArray
-    onset: FloatArray
     groups: FloatArray
     kind: tuple[str, ...]
 
@@ -79,11 +78,9 @@ def build(rows: FloatArray, single: float, common: float, spread: float, loose_r
     kinds.append('body')
     member = np.array(members)
     change = _rates(sets, member, kinds, loose_rate, grip_rate, common_rate)
-    values, vectors = np.linalg.eig(change.T)
-    onset = np.abs(np.real(vectors[:, int(np.argmin(np.abs(values)))]))
     return Hypotheses(
         np.ascontiguousarray(member), np.ascontiguousarray(np.stack(covariances, axis=2)),
-        change, onset / onset.sum(),
+        change,
         np.array([[1.0 if i in g else 0.0 for i in range(wheels)] for g in groups]
                  ).reshape(len(groups), wheels), tuple(kinds))
 

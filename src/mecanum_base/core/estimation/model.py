@@ -29,6 +29,8 @@ class Model(NamedTuple):
     creep_time: float  # s the creep of a gripping wheel takes to change
     creep_rest: float  # m/s of creep without acceleration
     creep_traction: float  # m/s of creep per m/s^2 of acceleration
+    creep_hard: float  # m/s of creep per (m/s^2)^2
+    creep_loose: float  # m/s of creep of gripping wheels while others slip
     travel: FloatArray  # (W,) m a rad
     resolution: FloatArray  # (W,) m, standard deviation of one travel reading
     tick: FloatArray  # (W,) m of travel a count
@@ -38,7 +40,6 @@ class Model(NamedTuple):
     likely: FloatArray  # (W, W, M) covariance of slip speeds in the likelihood, (m/s)^2
     change: FloatArray  # (M, M) rates of change between hypotheses, 1/s
     pairs: FloatArray  # (G, W) groups of wheels whose roller axes are parallel
-    onset: FloatArray  # (M,) stationary probabilities
     loose_sigma: float  # m/s, slip speed in the update: as good as unknown
     regrip_factor: float  # penalty for gripping again while the slip speed still changes
     flat_speed: float  # m/s of change in slip speed that counts as none

@@ -24,7 +24,6 @@ from mecanum_base.core.estimation.layout import (
     PAST_AT,
     PAST_FILL,
     PAST_STAMP,
-    PROBABILITY,
     PX,
     SLIP,
     STILL,
@@ -39,6 +38,8 @@ from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.parameter import FloatArray
 from mecanum_base.core.records import Estimate, SlipEstimate
 
+THRESHOLD = 0.04  # m/s along the roller axis: more is slip, less is creep
+ROOT3 = math.sqrt(3.0)
 POSE, POSE_COV, TWIST, TWIST_COV, SLIP_TWIST, SLIP_COV, BODY, WHEELS = 0, 3, 12, 15, 24, 27, 36, 37
 # from WHEELS on: rate W, angle W, probability W, ratio W + 1
 
@@ -93,6 +94,19 @@ def ratios(model: Model, memory: Memory, out: FloatArray) -> None:
 
 
 @kernel
+def slipping(slip: FloatArray, sigma: FloatArray) -> FloatArray:
+    """Probability (W,) that each wheel slides faster than THRESHOLD, from its speed and sigma.
+
+    Distribution function of Student's t with three degrees of freedom at
+    t = (|s| - THRESHOLD)/sigma: its tails forgive a sigma that is too small, and two wheels that
+    certainly slip still differ.
+    """
+    t = (np.abs(slip) - THRESHOLD) / sigma
+    chance: FloatArray = 0.5 + (t * ROOT3 / (3.0 + t * t) + np.arctan(t / ROOT3)) / math.pi
+    return chance
+
+
+@kernel
 def describe(model: Model, memory: Memory, row: FloatArray) -> None:
     """Fill ``row`` (row_size(W),) with the estimate of this moment."""
     w = model.wheels
@@ -122,10 +136,11 @@ def describe(model: Model, memory: Memory, row: FloatArray) -> None:
     spread[1, 1] = P[VY, VY] + 25e-6
     spread[2, 2] = turn + 25e-6
     row[SLIP_COV:BODY] = spread.ravel()
-    row[BODY] = 1.0 - memory.mode[0]
+    chance = slipping(wheel[SLIP], wheel[SIGMA])
+    row[BODY] = chance.max()
     row[WHEELS:WHEELS + w] = wheel[SLIP] / model.travel
     row[WHEELS + w:WHEELS + 2 * w] = wheel[ANGLE] / model.travel
-    row[WHEELS + 2 * w:WHEELS + 3 * w] = wheel[PROBABILITY]
+    row[WHEELS + 2 * w:WHEELS + 3 * w] = chance
     ratios(model, memory, row[WHEELS + 3 * w:])
 
 

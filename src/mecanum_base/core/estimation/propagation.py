@@ -139,7 +139,9 @@ def spread(model: Model, memory: Memory) -> None:
     P[BAX, BAX] += qba
     P[BAY, BAY] += qba
     micro = (model.rolling_noise ** 2 + model.traction_noise ** 2 * push) * np.abs(rolled)
-    sigma = model.creep_rest * speed + model.creep_traction * push
+    sigma = model.creep_rest * speed + model.creep_traction * push + model.creep_hard * push * push
+    if m[LOOSE_FOR] > 0.0:
+        sigma += model.creep_loose
     grow = sigma * sigma * (1.0 - decay * decay)
     for i in range(w):
         P[phi + i, phi + i] += micro[i] + 1e-12

@@ -21,7 +21,10 @@ from mecanum_base.core.estimation.layout import (
     FLAT,
     FROZEN_FOR,
     KY,
+    LATE,
     LOCKED_FOR,
+    PENDING,
+    PENDING_T,
     PROBABILITY,
     SIGMA,
     SLIP,
@@ -48,10 +51,17 @@ UNHELD = 0.3  # share of a direction held by gripping wheels below which it coun
 def measure(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: float) -> None:
     """Slip speed, slip travel and the slope ring from the step of travel (W,) over T [s]."""
     w = model.wheels
-    wheel = memory.wheel
+    wheel, m = memory.wheel, memory.m
+    rolling = wheel[PENDING] + rolling_speed(memory, w) * T
+    if m[LATE] > 0.5:  # the step belongs to another time: judge it with the next frame
+        wheel[PENDING] = rolling
+        m[PENDING_T] += T
+        return
+    T += float(m[PENDING_T])
+    m[PENDING_T] = 0.0
+    wheel[PENDING] = 0.0
     step = (z - wheel[TRAVEL]) * valid
-    rolling = rolling_speed(memory, w) * T
-    wheel[STEP] = step
+    wheel[STEP] = step / T
     slid = (step - rolling) * valid
     gain = 1.0 - math.exp(-T / SMOOTHING)
     wheel[SLIP] += gain * (slid / T - wheel[SLIP])

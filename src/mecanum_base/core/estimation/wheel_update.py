@@ -30,6 +30,7 @@ from mecanum_base.core.estimation.layout import (
     JITTER,
     KL,
     KY,
+    LATE,
     LOOSE_FOR,
     PROBABILITY,
     VX,
@@ -176,11 +177,13 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
     nis = float(r @ y)
     m[GRIP_NIS] = nis
     short = memory.mode[0] > SURE and nis < 2.25 * w
+    late = 0.0
     if short:
         correct(memory, w, r, S, memory.wheel[EXTRA])
         grips = 1.0
-        memory.mode[:] = model.onset
-        memory.wheel[PROBABILITY] = model.onset @ model.member
+        memory.mode[:] = 0.0
+        memory.mode[0] = 1.0
+        memory.wheel[PROBABILITY] = 0.0
     else:
         count = len(memory.mode)
         prior = foresee(model, memory, T)
@@ -203,13 +206,14 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
         grips = float(p[0])
         memory.wheel[PROBABILITY] = p @ model.member
     memory.wheel[EXTRA] = 0.0
+    m[LATE] = late
     m[LOOSE_FOR] = model.extra_time if grips < 0.7 else max(0.0, float(m[LOOSE_FOR]) - T)
     power = float(speed @ speed)
-    if grips > 0.95 and power > 0.02:
+    if grips > 0.95 and late < 0.5 and power > 0.02:
         rho = float(speed @ r) / power
         known = float(speed @ grip @ speed)
         for i in range(w):
             known += model.resolution[i] ** 2 * speed[i] ** 2
-        seen = rho * rho - known / (power * power)
+        seen = min(rho * rho - known / (power * power), 9.0 * tj)
         m[JITTER] = min(25e-6, max(4e-8, tj + 0.02 * (seen - tj)))
     return short
