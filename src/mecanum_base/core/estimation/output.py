@@ -25,6 +25,7 @@ from mecanum_base.core.estimation.layout import (
     PAST_FILL,
     PAST_STAMP,
     PX,
+    SIGMA,
     SLIP,
     STILL,
     TRAVEL,
