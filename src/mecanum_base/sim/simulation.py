@@ -122,6 +122,7 @@ class Simulation:
     def reset(self) -> None:
         """Put the robot back at its start, at rest, in the present of simulated time."""
         now = self.now_ns
+        self._stop()
         self.plant.restart()
         self._inertial.restart()
         self._transport.restart()
