@@ -1,0 +1,93 @@
+"""The stage of a demo: all nodes on one scripted executor, driven through cmd_vel.
+
+The scenario's driver is asked at 20 Hz and its twist is published on cmd_vel; from there on
+nothing but topics connects the nodes. A record node writes the bag that the comparison reads.
+"""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from geometry_msgs.msg import Twist, Vector3
+from rclpy.event_handler import EventHandler
+from rclpy.impl.logging_severity import LoggingSeverity
+from rclpy.logging import set_logger_level
+from rclpy.node import Node
+
+from mecanum_base.demo.result import Phase
+from mecanum_base.ros.drive_node import DriveNode
+from mecanum_base.ros.odometry_node import OdometryNode
+from mecanum_base.ros.record_node import RecordNode
+from mecanum_base.ros.scripted import Script
+from mecanum_base.ros.sim_node import SimNode
+from mecanum_base.sim.scenario import Scenario
+
+STEP = 0.01  # s of simulated time between two looks at the queues; below estimator.reorder_wait
+COMMAND_EVERY = 5  # steps between two cmd_vel messages: 20 Hz
+_NANOSECONDS = 1_000_000_000
+START_NS = _NANOSECONDS
+
+
+def perform(scenario: Scenario, scenario_path: pathlib.Path, parameters: Mapping[str, Any],
+            bag: pathlib.Path, progress: Callable[[float], None]) -> None:
+    """Run the scenario through the nodes and record it into the new folder ``bag``.
+
+    ``parameters`` are those of the robot file; ``progress`` is called with the share done.
+    """
+    robot = {**parameters, 'sim': {**parameters.get('sim', {}), **dict(scenario.sim),
+                                   'scenario': str(scenario_path), 'seed': scenario.seed}}
+    driver = scenario.driver()
+    for node in ('sim_node', 'drive_node', 'odometry_node', 'record_node'):
+        set_logger_level(node, LoggingSeverity.WARN)  # the table is what a reader wants to see
+    with Script(start_ns=START_NS) as script:
+        steer = script.publisher(Twist, 'cmd_vel')
+        sim = script.add(SimNode, robot=robot, stepped=False, start_ns=START_NS)
+        nodes = [sim, script.add(DriveNode, robot=robot), script.add(OdometryNode, robot=robot),
+                 script.add(RecordNode, parameters={'record.output': str(bag)})]
+        script.connect()
+        script.before_step(lambda now, later: sim.step_to(later))
+        count = round(scenario.duration / STEP)
+        with _without_events(nodes):
+            for index in range(count):
+                if index % COMMAND_EVERY == 0:
+                    twist = driver.twist(index * STEP, sim.simulation.truth().pose.tolist())
+                    script.publish(steer, _command(twist))
+                script.advance(STEP)
+                progress((index + 1) / count)
+
+
+def _command(twist: Sequence[float]) -> Twist:
+    vx, vy, wz = (float(v) for v in twist)
+    return Twist(linear=Vector3(x=vx, y=vy), angular=Vector3(z=wz))
+
+
+@contextmanager
+def _without_events(nodes: Sequence[Node]) -> Iterator[None]:
+    """Do not wait for QoS events: both ends are ours, and each costs time in every wait."""
+    taken = [(node, waitable) for node in nodes for waitable in node.waitables
+             if isinstance(waitable, EventHandler)]
+    for node, waitable in taken:
+        node.remove_waitable(waitable)
+    try:
+        yield
+    finally:
+        for node, waitable in taken:
+            node.add_waitable(waitable)
+
+
+def phases(scenario: Scenario) -> tuple[Phase, ...]:
+    """Named parts of a scripted drive, in nanoseconds of the stage's clock."""
+    found: list[tuple[str, int]] = []
+    now = START_NS
+    for segment in scenario.driving.script:
+        if segment.name:
+            found.append((segment.name, now))
+        now += round(segment.seconds * _NANOSECONDS)
+    ends = [start for _, start in found[1:]] + [
+        min(now, START_NS + round(scenario.duration * _NANOSECONDS))]
+    return tuple(Phase(name, start, end) for (name, start), end in zip(found, ends))
+
+
