@@ -3,7 +3,7 @@
 Names, defaults, units, ranges and meanings all come from the dataclasses of the robot file, so a
 parameter exists in one place only. Every node declares all blocks; those of the other base (a
 robot has ``wheels`` or ``carriers``) stay undeclared. A list that was not given and has no finite
-default is declared without a value, which ``ros2 param dump`` writes as null and reads again.
+default is declared as the empty list, which ``ros2 param dump`` writes and rcl reads again.
 
 Whole numbers are accepted where floats are meant (dynamic typing). A change while the node runs
 is checked against the whole robot before anything is set, so several parameters set atomically
@@ -72,29 +72,39 @@ class LiveParameters:
     def __init__(self, node: Node, robot: Robot, apply: Callable[[Robot], None],
                  refuse: Callable[[str], None]) -> None:
         self._node, self.robot, self._apply, self._refuse = node, robot, apply, refuse
-        node.add_pre_set_parameters_callback(self._name)
+        node.add_pre_set_parameters_callback(self._look)
         node.add_on_set_parameters_callback(self._judge)
         node.add_post_set_parameters_callback(self._change)
 
-    def _name(self, changes: list[Parameter]) -> list[Parameter]:
-        """Refuse an unknown name with the nearest known one; else pass the changes on."""
-        for change in changes:
-            if not self._node.has_parameter(change.name) and not _is_ros(change.name):
-                known = [name for name in all_rules() if self._node.has_parameter(name)]
-                reason = f'{change.name}: unknown parameter, {nearest(change.name, known)}'
-                self._refuse(reason)
-                raise ParameterNotDeclaredException(reason)
+    def _look(self, changes: list[Parameter]) -> list[Parameter]:
+        """See every change first: rclpy itself refuses some without asking anybody."""
+        problem = self._problem(changes)
+        if problem:
+            self._refuse(problem)
+        if any(self._is_unknown(change) for change in changes):
+            raise ParameterNotDeclaredException(problem)
         return changes
 
     def _judge(self, changes: list[Parameter]) -> SetParametersResult:
-        if not any(change.name in all_rules() for change in changes):
-            return SetParametersResult(successful=True)
+        problem = self._problem(changes)
+        return SetParametersResult(successful=not problem, reason=problem)
+
+    def _problem(self, changes: Sequence[Parameter]) -> str:
+        """Why the changes cannot be accepted; '' if they can."""
+        for change in changes:
+            if self._is_unknown(change):
+                known = [name for name in all_rules() if self._node.has_parameter(name)]
+                return f'{change.name}: unknown parameter, {nearest(change.name, known)}'
+            if change.name in all_rules() and not all_rules()[change.name].live:
+                return f'{change.name}: read-only, it can only be set at the start'
         try:
             self._with(changes)
         except ConfigError as error:
-            self._refuse(str(error))
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
+            return str(error)
+        return ''
+
+    def _is_unknown(self, change: Parameter) -> bool:
+        return not self._node.has_parameter(change.name) and not _is_ros(change.name)
 
     def _with(self, changes: Sequence[Parameter]) -> Robot:
         rules = all_rules()
@@ -151,7 +161,7 @@ def nested(values: Mapping[str, Any]) -> dict[str, Any]:
         if _is_ros(name):
             continue
         if value is None and name in rules and rules[name].kind in _LISTS:
-            value = []  # rcl reads [] and null alike as a parameter without a value
+            value = []  # rcl reads an empty list as a parameter without a value
         block, dot, key = name.partition('.')
         if not dot:
             found[name] = value
@@ -184,11 +194,11 @@ def _belongs(name: str, robot: Robot) -> bool:
 
 
 def _declared_value(name: str, robot: Robot) -> Any:
-    """The value to declare; None for a list that is empty or has no finite default."""
+    """The value to declare; the empty list for one that has no finite default."""
     value = _as_ros(_robot_value(name, robot))
     if isinstance(value, list):
         finite = all(not isinstance(item, float) or math.isfinite(item) for item in value)
-        return value if value and finite else None
+        return value if finite else []
     return value
 
 

@@ -26,7 +26,7 @@ from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import ok, remove_ros_args, try_shutdown
+from rclpy.utilities import ok, try_shutdown
 
 from mecanum_base import robot_file
 from mecanum_base.core.errors import ConfigError
@@ -156,6 +156,19 @@ def _refuse_unknown(name: str, factories: Sequence[Factory], words: Sequence[str
     parser = argparse.ArgumentParser(
         prog=name, description=inspect.getdoc(module),
         epilog=f'example:\n  ros2 run mecanum_base {name} --ros-args --params-file robot.yaml',
+        usage=f'{name} [--ros-args ROS 2 arguments]',
         formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--ros-args', metavar='...', help='ROS 2 arguments (parameters, remaps)')
-    parser.parse_args(remove_ros_args(['', *words])[1:])
+    parser.parse_args(_own_words(words))
+
+
+def _own_words(words: Sequence[str]) -> list[str]:
+    """The words that are not between --ros-args and -- (or the end)."""
+    own, for_ros = [], False
+    for word in words:
+        if word == '--ros-args':
+            for_ros = True
+        elif for_ros and word == '--':
+            for_ros = False
+        elif not for_ros:
+            own.append(word)
+    return own

@@ -11,7 +11,7 @@ machine as on a fast one::
         steer = script.publisher(Twist, 'cmd_vel')
         script.connect()                                  # discovery inside the process
         script.publish(steer, Twist(linear=Vector3(x=0.3)))
-        script.run(1.0, step=0.02)                        # one second of simulated time
+        script.run(0.4, step=0.02)                        # 0.4 s of simulated time
         assert wheels[-1].velocity[0] > 0.0
 
 Order within a step: the hooks of :meth:`before_step`, then the clocks move, then timers and
@@ -85,7 +85,10 @@ class Script:
         node that is the clock itself. ``name`` and ``options`` go to the node's constructor.
         """
         given = {item.name: item for item in ([] if robot is None else overrides(robot))}
-        more = {'use_sim_time': stepped, **(parameters or {})}
+        more: dict[str, Any] = {'use_sim_time': stepped}
+        if robot is not None and stepped:  # a script may stand still for as long as it likes
+            more['drive.clock_timeout'] = 0.0
+        more.update(parameters or {})
         given.update({item.name: item for item in overrides(more)})
         if name is not None:
             arguments = (name, *arguments)

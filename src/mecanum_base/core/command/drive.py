@@ -66,8 +66,8 @@ class DriveConfig:
         for key in _LIMITS:
             value = getattr(self, key)
             if len(value) not in (0, 3):
-                raise ConfigError(key, list(value), 'must have three entries (vx, vy, yaw rate), '
-                                  'or none for no limit')
+                raise ConfigError(key, [float(v) for v in value], 'must have three entries '
+                                  '(vx, vy, yaw rate), or none for no limit')
             object.__setattr__(self, key, frozen_floats(value if len(value) else [np.inf] * 3))
 
     def order_of(self, joints: tuple[str, ...]) -> IntArray:
