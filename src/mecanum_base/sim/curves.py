@@ -1,7 +1,7 @@
 """Reference curves a base follows: pose as a smooth function of time, starting at 0, 0, 0.
 
-    legs       straight moves between poses; share s(t) = t/T - sin(2 pi t/T) / (2 pi), so speed
-               and acceleration start and end at zero: T = max(2 d/v_max, sqrt(2 pi d/a_max))
+    legs       straight moves between poses, speed with raised-cosine edges of t_r = pi v / (2 a)
+               up to v and down, T = d/v + t_r; short moves reach sqrt(2 a d/pi) only
     circle     (R sin a, R (1 - cos a)), a = v t / R, with its own yaw rate ``spin``
     figure8    (A sin a, (B/2) sin 2a), with its own yaw rate
 
@@ -20,12 +20,31 @@ Curve = Callable[[float], tuple[Pose, Pose]]  # time [s] -> pose, rate of the po
 
 
 class Leg(NamedTuple):
-    """One move: from time ``begin`` for ``last`` seconds from one pose to the next."""
+    """One move: from time ``begin`` for ``last`` seconds, edges of ``edge`` seconds."""
 
     begin: float
     last: float
+    edge: float
     start: Pose
     goal: Pose
+
+    def share(self, t: float) -> tuple[float, float]:
+        """(share of the way done, its rate [1/s]) ``t`` seconds after the begin."""
+        cruise = 1.0 / (self.last - self.edge)
+        if t > self.last / 2.0:  # the end is the beginning seen backwards
+            done, rate = self.share(self.last - t) if t < self.last else (0.0, 0.0)
+            return 1.0 - done, rate
+        if t >= self.edge:
+            return cruise * (t - self.edge / 2.0), cruise
+        turn = math.pi * t / self.edge
+        return (cruise / 2.0 * (t - self.edge / math.pi * math.sin(turn)),
+                cruise / 2.0 * (1.0 - math.cos(turn)))
+
+
+def _pace(way: float, speed: float, accel: float) -> tuple[float, float]:
+    """(cruise time, edge time) [s] of a move of length ``way``."""
+    top = min(speed, math.sqrt(2.0 * accel * way / math.pi))
+    return (way / top, math.pi * top / (2.0 * accel)) if top > 0.0 else (0.0, 0.0)
 
 
 def legs(points: list[tuple[float, float, float, float]], speed: float, turn_speed: float,
@@ -35,17 +54,16 @@ def legs(points: list[tuple[float, float, float, float]], speed: float, turn_spe
     time, here = 0.0, (0.0, 0.0, 0.0)
     for x, y, yaw, pause in points:
         goal = (x, y, yaw)
-        way = math.hypot(x - here[0], y - here[1])
-        turn = abs(yaw - here[2])
-        angular = accel * turn_speed / speed
-        last = max(2.0 * way / speed, math.sqrt(2.0 * math.pi * way / accel),
-                   2.0 * turn / turn_speed, math.sqrt(2.0 * math.pi * turn / angular))
+        cruise, edge = _pace(math.hypot(x - here[0], y - here[1]), speed, accel)
+        turning, bend = _pace(abs(yaw - here[2]), turn_speed, accel * turn_speed / speed)
+        edge = max(edge, bend)
+        last = max(cruise, turning, edge) + edge
         if last > 0.0:
-            found.append(Leg(time, last, here, goal))
+            found.append(Leg(time, last, edge, here, goal))
         time += last + pause
         here = goal
     begins = [leg.begin for leg in found]
-    total, end = time, here
+    total = time
 
     def at(t: float) -> tuple[Pose, Pose]:
         if repeat and total > 0.0:
@@ -54,14 +72,11 @@ def legs(points: list[tuple[float, float, float, float]], speed: float, turn_spe
         if k < 0:
             return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         leg = found[k]
-        u = (t - leg.begin) / leg.last
-        if u >= 1.0:
-            return (leg.goal if k + 1 < len(found) else end), (0.0, 0.0, 0.0)
-        share = u - math.sin(2.0 * math.pi * u) / (2.0 * math.pi)
-        rate = (1.0 - math.cos(2.0 * math.pi * u)) / leg.last
-        change = [g - s for g, s in zip(leg.goal, leg.start)]
-        x, y, yaw = (s + share * c for s, c in zip(leg.start, change))
-        return (x, y, yaw), (rate * change[0], rate * change[1], rate * change[2])
+        share, rate = leg.share(t - leg.begin)
+        dx, dy, dyaw = (g - s for g, s in zip(leg.goal, leg.start))
+        x, y, yaw = leg.start
+        return ((x + share * dx, y + share * dy, yaw + share * dyaw),
+                (rate * dx, rate * dy, rate * dyaw))
 
     return at
 

@@ -18,7 +18,8 @@ and a symmetric 3x3 system remains: stable at any stiffness. Heave, roll and pit
 (equal stiffness, unilateral) give the loads, symplectic Euler.
 
 Tyres of carrier wheels use the same law along and across. Not modelled: winding inductance, spin
-friction of the contact, roller inertia, gyroscopic moments of wheels, carriers that tilt.
+friction of the contact, roller inertia, gyroscopic moments of wheels, carriers that tilt (each is
+taken to stand by itself, with casters that carry nothing).
 """
 
 from __future__ import annotations
@@ -150,22 +151,26 @@ def advance(
             static, kinetic, drag, rise, slope_x, slope_y = ground(
                 px, py, body[STATIC], body[KINETIC], patches, waves, ramps)
             hinge_x, hinge_y = rx - lever_x, ry - lever_y
+            stand_x, stand_y = rx, ry
+            if carrier >= 0:  # carriers stand by themselves, whichever way they are turned
+                stand_x, stand_y = hinge_x, hinge_y + wheels[w + W_Y]
             vx = vx0 - yaw_rate * hinge_y - spin * lever_y
             vy = vy0 + yaw_rate * hinge_x + spin * lever_x
             grade_x = cosine * slope_x + sine * slope_y
             grade_y = cosine * slope_y - sine * slope_x
-            depth = rise - inputs[n + I_DROP] - (heave + roll * ry - pitch * rx)
+            depth = rise - inputs[n + I_DROP] - (heave + roll * stand_y - pitch * stand_x)
             load = 0.0
             if depth > 0.0:
                 sink = grade_x * vx + grade_y * vy - (
-                    state[S_HEAVE_RATE] + state[S_ROLL_RATE] * ry - state[S_PITCH_RATE] * rx)
+                    state[S_HEAVE_RATE] + state[S_ROLL_RATE] * stand_y
+                    - state[S_PITCH_RATE] * stand_x)
                 load = body[SUPPORT_K] * depth + body[SUPPORT_C] * sink
                 if load < 0.0:
                     load = 0.0
             turn[t + T_LOAD] = load
             lift_sum += load
-            roll_moment += load * ry
-            pitch_moment -= load * rx
+            roll_moment += load * stand_y
+            pitch_moment -= load * stand_x
             fx -= load * grade_x
             fy -= load * grade_y
             fz -= load * (rx * grade_y - ry * grade_x)
