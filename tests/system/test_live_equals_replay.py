@@ -1,4 +1,4 @@
-"""The same messages give the same bytes of track.csv, live and replayed, in any order of arrival."""
+"""The same messages give the same bytes of track.csv, live or replayed, in any order."""
 
 import pathlib
 import random
