@@ -5,7 +5,7 @@ from glob import glob
 from setuptools import find_packages, setup
 
 NAME = 'mecanum_base'
-NODES = ('drive', 'odometry', 'sim', 'goal', 'record')
+NODES = ('drive', 'odometry', 'sim', 'goal', 'record', 'base')
 
 setup(
     name=NAME,

@@ -19,7 +19,7 @@ from mecanum_base import __version__
 from mecanum_base.core.errors import MecanumBaseError
 
 VERBS = {
-    'demo': 'drive a simulated base over ROS 2 topics and compare odometry and slip with the truth',
+    'demo': 'drive a simulated base over ROS 2 topics; odometry and slip against the truth',
     'replay': 'run the estimator over a recorded bag',
     'analyze': 'findings and report on recorded bags',
     'calibrate': 'fit wheel, lever and gyro constants to a bag',
@@ -30,6 +30,7 @@ VERBS = {
     'sim': 'simulated hardware: as a node, or headless into a bag',
     'drive': 'the drive node',
     'odometry': 'the odometry node',
+    'base': 'drive, odometry and other nodes in one process',
     'goal': 'the goal node',
     'record': 'the record node; --recover completes a cut bag',
 }
