@@ -1,0 +1,93 @@
+"""The demo's stage: real rclpy nodes, stepped; a short drive instead of the lap."""
+
+import hashlib
+import re
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy')
+pytest.importorskip('rosbags')
+
+from mecanum_base.cli.main import main  # noqa: E402
+from mecanum_base.demo.recording import read_result  # noqa: E402
+from mecanum_base.demo.stage import perform, phases  # noqa: E402
+from mecanum_base.demo.table import table  # noqa: E402
+from mecanum_base.robot import Robot  # noqa: E402
+from mecanum_base.robot_file import read_parameters, shipped  # noqa: E402
+from mecanum_base.sim.scenario_file import load_scenario  # noqa: E402
+
+SHORT = """
+title: a short drive
+duration: 4.0
+seed: 5
+driver:
+  accel: [0.0, 0.0, 0.0]
+  script:
+    - {seconds: 1.0, twist: [0.0, 0.0, 0.0]}
+    - {name: square, seconds: 1.0, twist: [0.3, 0.0, 0.0]}
+    - {name: strafe, seconds: 1.0, twist: [0.0, 0.3, 0.0]}
+    - {seconds: 1.0, twist: [0.0, 0.0, 0.0]}
+"""
+
+
+@pytest.fixture(autouse=True)
+def _checked_fields(monkeypatch):
+    monkeypatch.setenv('ROS_PYTHON_CHECK_FIELDS', '1')
+
+
+def played(folder):
+    path = folder / 'short.yaml'
+    path.write_text(SHORT, encoding='utf-8')
+    scenario = load_scenario(path)
+    parameters = read_parameters(shipped() / scenario.robot)
+    shares = []
+    perform(scenario, path, parameters, folder / 'bag', shares.append)
+    robot = Robot.from_mapping(parameters)
+    return read_result(folder / 'bag', robot, scenario.name, phases(scenario)), shares
+
+
+def digest(result):
+    parts = [result.fused.stamp_ns, result.fused.pose, result.truth.pose, result.slip.probability]
+    return hashlib.sha256(b''.join(np.ascontiguousarray(p).tobytes() for p in parts)).hexdigest()
+
+
+def test_a_drive_over_topics_ends_where_the_truth_says_and_repeats_to_the_bit(tmp_path):
+    for name in ('a', 'b'):
+        (tmp_path / name).mkdir()
+    result, shares = played(tmp_path / 'a')
+    # 1 s at 0.3 m/s forward, then to the left: a tenth is left for ramps and latency
+    assert result.truth.pose[-1, :2] == pytest.approx([0.3, 0.3], abs=0.03)
+    assert result.fused_error.final_distance < 0.02
+    assert result.wheel_only_error.final_distance < 0.02
+    assert len(result.fused.stamp_ns) == pytest.approx(400, abs=3)  # 100 Hz encoders, 4 s
+    assert [phase.name for phase in result.phases] == ['square', 'strafe']
+    assert result.score.true == []
+    assert shares[-1] == 1.0
+    text = table(result)
+    assert 'position error after strafe [m]' in text
+    assert 'largest yaw in the translation-only square' in text
+    again, _ = played(tmp_path / 'b')
+    assert digest(again) == digest(result)
+
+
+def test_the_command_writes_table_picture_and_page(tmp_path, capsys):
+    pytest.importorskip('matplotlib')
+    pytest.importorskip('plotly')
+    path = tmp_path / 'short.yaml'
+    path.write_text(SHORT.replace('duration: 4.0', 'duration: 2.0'), encoding='utf-8')
+    out = tmp_path / 'out'
+    assert main(['demo', '--scenario', str(path), '--out', str(out)]) == 0
+    shown = capsys.readouterr()
+    assert re.search(r'position error, RMS \[m\] +0\.0', shown.out)
+    assert shown.err == ''  # no progress, no log in a pipe
+    assert (out / 'demo.png').read_bytes().startswith(b'\x89PNG')
+    page = (out / 'demo.html').read_text(encoding='utf-8')
+    assert 'src="http' not in page and "src='http" not in page
+    assert (out / 'bag_1' / 'metadata.yaml').is_file()
+
+
+def test_the_scenarios_are_listed(capsys):
+    assert main(['demo', '--list']) == 0
+    names = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    assert {'lap', 'oil'} <= set(names)
