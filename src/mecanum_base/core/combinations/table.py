@@ -29,6 +29,7 @@ TABLE_I = {
     '0+0+': 'NE', '0-0-': 'SW', '+0+0': 'NW', '-0-0': 'SE'}
 COMPASS = {'N': 90.0, 'S': -90.0, 'E': 0.0, 'W': 180.0, 'NE': 45.0, 'SW': -135.0, 'NW': 135.0,
            'SE': -45.0}  # degrees from East (right), counter-clockwise
+ON_AXIS = 1e-3  # share of the reach of the wheels
 _SIGNS = {'+': 1.0, '0': 0.0, '-': -1.0}
 CAVEAT = ('51/30 of the paper = stalled when idle wheels are locked (30) against the rest '
           'including stop (51); Table I\'s two-wheel rows assume freely turning idle wheels')
@@ -62,11 +63,12 @@ class Combination:
 
 def number_wheels(wheels: Wheels) -> Numbering:
     """T's numbering of a base with four wheels, one in each quadrant about their mean."""
-    front = wheels.x > np.mean(wheels.x)
-    left = wheels.y > np.mean(wheels.y)
+    ahead, aside = wheels.x - np.mean(wheels.x), wheels.y - np.mean(wheels.y)
     places = {(True, True): 'FL', (True, False): 'FR', (False, True): 'RL', (False, False): 'RR'}
-    names = [places[bool(f), bool(s)] for f, s in zip(front, left)]
-    tlale = sorted(names) == sorted(RECTANGLE)
+    names = [places[bool(f), bool(s)] for f, s in zip(ahead > 0.0, aside > 0.0)]
+    beside = float(np.min(np.abs([ahead, aside])))  # a wheel on an axis is in no quadrant
+    tlale = (sorted(names) == sorted(RECTANGLE)
+             and beside > ON_AXIS * float(np.max(np.hypot(ahead, aside))))
     order = tuple(names.index(RECTANGLE[i]) for i in TLALE) if tlale else tuple(range(4))
     drive = wheels_from_body(wheels)[list(order), 0]
     forward = np.where(drive < -1e-6 * np.max(np.abs(drive)), -1.0, 1.0)
