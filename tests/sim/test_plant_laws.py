@@ -334,7 +334,7 @@ def test_rings_of_any_number_of_wheels_drive_where_they_should(count):
     base = ring(count)
     plant = make_plant(base, friction=1.5, creep_stiffness=1000.0, roller_drag=0.001)
     vx, vy, w = 0.2, 0.1, 0.4
-    # axle outwards at angle a: the wheel rolls along -tangent; r u = -( -vx sin a + vy cos a + L w)
+    # axle outwards at angle a: it rolls along -tangent, r u = -(-vx sin a + vy cos a + L w)
     angles = 2.0 * np.pi * np.arange(count) / count
     set_inputs(plant, at.I_RATE, -(-vx * np.sin(angles) + vy * np.cos(angles) + 0.2 * w) / 0.05)
     plant.advance(1500)

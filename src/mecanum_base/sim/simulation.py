@@ -31,6 +31,7 @@ from mecanum_base.sim.transport import Transport
 
 NANOSECONDS = 1_000_000_000
 _NEVER = 1 << 62
+_HINGE_STEP = 2.0 * math.pi / 4096.0  # rad, resolution of a measured hinge angle
 
 
 class Simulation:
@@ -57,6 +58,8 @@ class Simulation:
         self._encoders = Encoders(encoder, body.count, sim.seed)
         self._transport = Transport(sim)
         self._injection = Injection(self.scenario.events, body.count)
+        named = getattr(base, 'hinge_joint', ())
+        self._hinge_measured = np.array([n != '' for n in named]) if any(named) else None
         self._limit = [float(v) for v in body.max_speed]
         self._spacing = [NANOSECONDS / (rate * step_ns)  # physics steps between samples
                          for rate in (sim.imu_rate, sim.encoder_rate, sim.truth_rate)]
@@ -209,8 +212,14 @@ class Simulation:
             offset = self.start_ns + self._injection.clock_offset_ns
             self._publish(published, WheelSample(
                 stamp + offset, self._encoders.position(),
-                self._encoders.velocity(1.0 / self.config.encoder_rate)))
+                self._encoders.velocity(1.0 / self.config.encoder_rate), self._hinge()))
             self._publish(published, TickSample(published + offset, self._encoders.ticks()))
+
+    def _hinge(self) -> FloatArray | None:
+        if self._hinge_measured is None:
+            return None
+        angles = np.round(self.plant.hinge_angles / _HINGE_STEP) * _HINGE_STEP
+        return np.where(self._hinge_measured, angles, np.nan)
 
     def _take_truth(self, index: int) -> None:
         self._publish(self._elapsed(), self.truth())
