@@ -125,8 +125,6 @@ def quaternion_of_yaw(yaw: float) -> tuple[float, float, float, float]:
     return 0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)
 
 
-# --- from records to messages: the message object is passed in and returned -------------------
-
 UNUSED_VARIANCE = 1e6  # axes a planar base does not know: finite, so that filters stay finite
 TRUTH_VARIANCE = 1e-9  # of ground truth; not 0, which other filters refuse
 
@@ -148,10 +146,7 @@ def planar_covariance(covariance: FloatArray) -> FloatArray:
 
 def write_odometry(estimate: Estimate, msg: Any, odom_frame: str, base_frame: str) -> Any:
     """Fill a nav_msgs/Odometry: pose in ``odom_frame``, twist in ``base_frame``."""
-    _write_header(estimate.stamp_ns, odom_frame, msg.header)
-    msg.child_frame_id = base_frame
-    _write_pose(estimate.pose, msg.pose.pose)
-    _write_twist(estimate.twist, msg.twist.twist)
+    _write_motion(estimate, msg, odom_frame, base_frame)
     msg.pose.covariance = planar_covariance(estimate.pose_covariance)
     msg.twist.covariance = planar_covariance(estimate.twist_covariance)
     return msg
@@ -227,9 +222,8 @@ def write_ticks(sample: TickSample, msg: Any) -> Any:
     return msg
 
 
-def write_imu(sample: ImuSample, msg: Any, imu_frame: str, gyro_variance: float = 0.0,
-              accel_variance: float = 0.0) -> Any:
-    """Fill a sensor_msgs/Imu without orientation; a variance of 0 means unknown (REP-145)."""
+def write_imu(sample: ImuSample, msg: Any, imu_frame: str) -> Any:
+    """Fill a sensor_msgs/Imu without orientation and of unknown covariance (REP-145)."""
     _write_header(sample.stamp_ns, imu_frame, msg.header)
     for vector, values in ((msg.angular_velocity, sample.gyro),
                            (msg.linear_acceleration, sample.accel)):
@@ -237,17 +231,13 @@ def write_imu(sample: ImuSample, msg: Any, imu_frame: str, gyro_variance: float 
     absent = np.zeros(9)
     absent[0] = -1.0
     msg.orientation_covariance = absent
-    msg.angular_velocity_covariance = (np.eye(3) * gyro_variance).ravel()
-    msg.linear_acceleration_covariance = (np.eye(3) * accel_variance).ravel()
+    msg.angular_velocity_covariance = msg.linear_acceleration_covariance = np.zeros(9)
     return msg
 
 
 def write_truth(truth: Any, msg: Any, world_frame: str, base_frame: str) -> Any:
     """Fill a nav_msgs/Odometry from the simulator's ``Truth``."""
-    _write_header(truth.stamp_ns, world_frame, msg.header)
-    msg.child_frame_id = base_frame
-    _write_pose(truth.pose, msg.pose.pose)
-    _write_twist(truth.twist, msg.twist.twist)
+    _write_motion(truth, msg, world_frame, base_frame)
     certain = planar_covariance(TRUTH_VARIANCE * np.eye(3))
     msg.pose.covariance, msg.twist.covariance = certain, certain
     return msg
@@ -308,18 +298,20 @@ def _write_header(stamp: int, frame: str, header: Any) -> None:
     header.frame_id = frame
 
 
-def _write_pose(pose: FloatArray, msg: Any) -> None:
-    position, turn = msg.position, msg.orientation
-    position.x, position.y, position.z = float(pose[0]), float(pose[1]), 0.0
-    turn.x, turn.y, turn.z, turn.w = quaternion_of_yaw(float(pose[2]))
+def _write_motion(state: Any, msg: Any, frame: str, child: str) -> None:
+    """Header, frames, pose and twist of a nav_msgs/Odometry from a record that has them."""
+    _write_header(state.stamp_ns, frame, msg.header)
+    msg.child_frame_id = child
+    position, turn = msg.pose.pose.position, msg.pose.pose.orientation
+    position.x, position.y, position.z = float(state.pose[0]), float(state.pose[1]), 0.0
+    turn.x, turn.y, turn.z, turn.w = quaternion_of_yaw(float(state.pose[2]))
+    _write_twist(state.twist, msg.twist.twist)
 
 
 def _write_twist(twist: FloatArray, msg: Any) -> None:
     msg.linear.x, msg.linear.y, msg.linear.z = float(twist[0]), float(twist[1]), 0.0
     msg.angular.x, msg.angular.y, msg.angular.z = 0.0, 0.0, float(twist[2])
 
-
-# --- goals and obstacles ----------------------------------------------------------------------
 
 def frame_of(msg: Any) -> str:
     """Frame name of a stamped message, without a leading slash."""

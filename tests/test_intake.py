@@ -1,0 +1,187 @@
+"""Messages become samples; poses, resets and the IMU mount are applied by the data's own time."""
+
+import math
+from types import SimpleNamespace as Made
+
+import numpy as np
+import pytest
+
+from mecanum_base import robot_file
+from mecanum_base.core.records import ImuSample, PoseSample, ResetSample, WheelSample
+from mecanum_base.intake import Intake
+from mecanum_base.robot import Robot
+
+START = 1_000_000_000_000
+STEP = 10_000_000  # ns
+WAIT = 20_000_000  # ns, estimator.reorder_wait
+
+
+@pytest.fixture(scope='module')
+def mapping():
+    return robot_file.read_parameters(robot_file.shipped() / 'mecanum4.yaml')
+
+
+@pytest.fixture
+def robot(mapping):
+    return Robot.from_mapping(mapping)
+
+
+@pytest.fixture
+def from_tf(mapping):
+    return Robot.from_mapping({**mapping, 'imu': {'from_tf': True}})
+
+
+def wheels(index, speed=0.0):
+    angle = speed * index * STEP * 1e-9 / 0.05
+    return WheelSample(START + index * STEP, np.full(4, angle), np.full(4, math.nan))
+
+
+def imu(index, shift=0):
+    return ImuSample(START + index * STEP + shift, np.zeros(3), np.array([0.0, 0.0, 9.81]))
+
+
+def pose(stamp, x=3.0, frame='odom'):
+    return PoseSample(stamp, np.array([x, 0.0, 0.0]), np.eye(3) * 1e-4, frame)
+
+
+def run(intake, count=60, extra=()):
+    """Feed standstill data; ``extra`` are (index, sample) that arrive behind sample ``index``."""
+    found = []
+    for index in range(count):
+        for sample in (imu(index, -STEP // 2), imu(index), wheels(index)):
+            found += intake.handle(sample)
+        for at, sample in extra:
+            if at == index:
+                found += intake.handle(sample)
+    return [*found, *intake.flush()]
+
+
+def jump_of(estimates):
+    """Stamp of the first estimate beyond x = 1 m."""
+    return next((e.stamp_ns for e in estimates if e.pose[0] > 1.0), None)
+
+
+def test_a_pose_acts_at_its_stamp_wherever_it_arrives(robot):
+    stamp = START + 30 * STEP + 3_000_000
+    for arrives in (20, 29, 30, 31):
+        estimates = run(Intake(robot), extra=[(arrives, pose(stamp))])
+        assert jump_of(estimates) == START + 31 * STEP
+
+
+def test_stamp_zero_means_the_newest_sensor_stamp(robot):
+    # a pose is taken before the encoder sample of the same stamp
+    assert jump_of(run(Intake(robot), extra=[(30, pose(0))])) == START + 30 * STEP
+
+
+def test_a_pose_without_stamp_before_all_data_is_where_the_track_begins(robot):
+    intake = Intake(robot)
+    assert intake.handle(pose(0)) == ()
+    estimates = run(intake)
+    assert estimates[0].pose[0] == pytest.approx(3.0, abs=1e-3)
+
+
+def test_a_pose_far_ahead_waits_and_makes_no_sample_late(robot):
+    intake = Intake(robot)
+    estimates = run(intake, extra=[(10, pose(START + 50 * STEP)), (11, pose(START + 10**15))])
+    assert jump_of(estimates) == START + 50 * STEP
+    assert intake.estimator.health.rejected == {}
+
+
+def test_a_late_pose_is_counted_and_not_applied(robot):
+    intake = Intake(robot)
+    late = START + 30 * STEP - WAIT - 1
+    assert jump_of(run(intake, extra=[(30, pose(late))])) is None
+    assert intake.estimator.health.rejected == {('set_pose', 'late'): 1}
+
+
+def test_a_reset_acts_at_its_stamp(robot):
+    estimates = run(Intake(robot), extra=[(10, pose(START + 10 * STEP)),
+                                          (30, ResetSample(START + 30 * STEP))])
+    beyond = [e.stamp_ns for e in estimates if e.pose[0] > 1.0]
+    assert (beyond[0], beyond[-1]) == (START + 10 * STEP, START + 29 * STEP)
+
+
+@pytest.mark.parametrize('frame,taken', [('odom', True), ('', True), ('map', False)])
+def test_a_pose_of_another_frame_is_refused(robot, frame, taken):
+    intake = Intake(robot)
+    estimates = run(intake, extra=[(30, pose(START + 30 * STEP, frame=frame))])
+    assert (jump_of(estimates) is not None) == taken
+    assert (('set_pose', "in frame 'map' instead of 'odom'")
+            in intake.estimator.health.rejected) == (not taken)
+
+
+def test_many_poses_ahead_do_not_pile_up(robot):
+    intake = Intake(robot)
+    run(intake, extra=[(10, pose(START + 10**15 + i)) for i in range(1000)])
+    assert len(intake._ahead) < 100
+
+
+def test_malformed_messages_are_counted_and_give_nothing(robot):
+    intake = Intake(robot)
+    names = list(robot.base.joint)
+    header = Made(stamp=Made(sec=1000, nanosec=0), frame_id='')
+    assert intake.joint_states(Made(header=header, name=names, position=[0.0], velocity=[])) == ()
+    assert intake.wheel_ticks(Made(data=[1]), START) == ()
+    assert intake.joint_states(Made(header=header, name=['arm'], position=[0.0],
+                                    velocity=[])) == ()
+    assert intake.estimator.health.rejected == {
+        ('joint_states', 'array length differs from name'): 1,
+        ('wheel_ticks', 'wheel_ticks length differs from wheels'): 1}
+
+
+# --- IMU mount ----------------------------------------------------------------------------------
+
+def test_samples_wait_for_the_mount_and_none_is_lost(robot, from_tf):
+    intake = Intake(from_tf)
+    early = []
+    for index in range(30):
+        for sample in (imu(index), wheels(index)):
+            early += intake.handle(sample)
+    assert early == [] and not intake.mount_known
+    found = list(intake.static_transform('base_link', 'imu_link', (0.1, 0.2, 0.3),
+                                         (0.0, 0.0, 0.0, 1.0)))
+    for index in range(30, 60):
+        for sample in (imu(index), wheels(index)):
+            found += intake.handle(sample)
+    found += intake.flush()
+    plain = Intake(robot.replace(imu=intake.robot.imu))
+    expected = []
+    for index in range(60):
+        for sample in (imu(index), wheels(index)):
+            expected += plain.handle(sample)
+    expected += plain.flush()
+    assert intake.robot.imu.xyz.tolist() == [0.1, 0.2, 0.3]
+    assert [(e.stamp_ns, e.pose.tolist()) for e in found] == [
+        (e.stamp_ns, e.pose.tolist()) for e in expected]
+
+
+def test_without_the_mount_the_wheels_alone_go_on_after_the_wait(from_tf):
+    intake = Intake(from_tf)
+    estimates = run(intake, count=520)  # 5.2 s of data
+    assert len(estimates) > 500
+    assert intake.estimator.health.used.get('imu', 0) == 0
+    assert intake.estimator.health.rejected[('imu', 'mount unknown: not on tf_static')] > 900
+
+
+def test_a_mount_that_comes_late_is_used_from_the_last_pose_on(from_tf):
+    intake = Intake(from_tf)
+    before = run(intake, count=520, extra=[(510, pose(START + 510 * STEP))])
+    intake.static_transform('base_link', 'imu_link', (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    after = []
+    for index in range(521, 560):
+        for sample in (imu(index), wheels(index)):
+            after += intake.handle(sample)
+    assert before[-1].pose[0] == pytest.approx(3.0, abs=1e-3)
+    assert after[0].pose[0] == pytest.approx(3.0, abs=1e-3)
+    assert intake.estimator.health.used['imu'] > 30
+
+
+def test_a_bag_that_never_tells_the_mount_is_still_replayed(from_tf):
+    assert len(run(Intake(from_tf), count=100)) > 90
+
+
+def test_links_that_are_no_rigid_motion_are_not_learnt(from_tf):
+    intake = Intake(from_tf)
+    for quaternion in ((0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, math.nan), (1.0, 1.0, 1.0, 1.0)):
+        intake.static_transform('base_link', 'imu_link', (0.0, 0.0, 0.0), quaternion)
+        assert not intake.mount_known
