@@ -35,7 +35,7 @@ from mecanum_base.core.errors import ConfigError
 from mecanum_base.core.parameter import Rule, nearest
 from mecanum_base.robot import BLOCKS, Robot, all_rules
 
-OWNED_BY_ROS = ('use_sim_time', 'qos_overrides', 'start_type_description_service')
+OWNED_BY_ROS = ('use_sim_time', 'start_type_description_service')
 _LISTS = ('floats', 'ints', 'strs', 'float_or_floats')
 
 RobotSource = Union[str, 'os.PathLike[str]', Mapping[str, Any]]
