@@ -1,17 +1,19 @@
 """Packaging for pip and colcon (ament_python)."""
 
+import pathlib
 from glob import glob
 
 from setuptools import find_packages, setup
 
 NAME = 'mecanum_base'
+HERE = pathlib.Path(__file__).resolve().parent  # colcon --symlink-install runs a link to this file
 NODES = ('drive', 'odometry', 'sim', 'goal', 'record', 'base')
 
 setup(
     name=NAME,
     version='0.1.0',
     description='ROS 2 base driver for mecanum and omni robots: odometry and slip estimates',
-    long_description=open('README.md', encoding='utf-8').read(),
+    long_description=(HERE / 'README.md').read_text(encoding='utf-8'),
     long_description_content_type='text/markdown',
     license='Apache-2.0',
     author='mecanum_base founders',
@@ -30,7 +32,7 @@ setup(
         (f'share/{NAME}/launch', glob('launch/*.py')),
     ],
     zip_safe=True,
-    install_requires=['setuptools', 'numpy>=1.22', 'PyYAML>=5.4', 'mcap>=1.2', 'rosbags>=0.10.6'],
+    install_requires=['numpy>=1.22', 'PyYAML>=5.4', 'mcap>=1.2', 'rosbags>=0.10.6'],
     extras_require={
         'ros': ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6'],
         'report': ['matplotlib>=3.6', 'plotly>=5.15', 'Jinja2>=3.0'],
