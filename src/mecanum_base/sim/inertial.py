@@ -10,6 +10,7 @@ Lever arm, tilt and the low-pass filter act in the kernel, at the rate of the ph
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from mecanum_base.sim.config import SimConfig
 from mecanum_base.sim.imu_presets import PRESETS
 from mecanum_base.sim.randomness import stream
 
-Three = tuple[float, float, float]
+Three = Sequence[float]  # three numbers
 _BLOCK = 256  # samples for which random numbers are drawn at once
 
 

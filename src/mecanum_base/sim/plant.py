@@ -29,6 +29,7 @@ class Plant:
         constants[at.GRAVITY_X] = -tangent * math.cos(floor.slope_direction)
         constants[at.GRAVITY_Y] = -tangent * math.sin(floor.slope_direction)
         self.constants: Any = table(constants, engine)
+        self._cx, self._cy = constants[at.CX], constants[at.CY]
         self._wheels: Any = table(body.wheels, engine)
         self._patches: Any = table([v for p in floor.patches for v in p.row()], engine)
         self._waves: Any = table(floor.wave_rows(seed), engine)
@@ -74,24 +75,33 @@ class Plant:
                       self.turn, self.hinges, self._row)
 
     @property
+    def felt(self) -> list[float]:
+        """``state`` as plain floats (quick to calculate with)."""
+        values = self.state
+        return values if isinstance(values, list) else values.tolist()
+
+    @property
     def pose(self) -> tuple[float, float, float]:
         """(x, y, yaw) of base_link [m, m, rad]."""
-        state, cx, cy = self.state, self.constants[at.CX], self.constants[at.CY]
-        c, s = math.cos(state[at.S_YAW]), math.sin(state[at.S_YAW])
-        return (state[at.S_X] - c * cx + s * cy, state[at.S_Y] - s * cx - c * cy,
-                state[at.S_YAW])
+        x, y, yaw = self.felt[:3]
+        c, s = math.cos(yaw), math.sin(yaw)
+        return x - c * self._cx + s * self._cy, y - s * self._cx - c * self._cy, yaw
 
     @property
     def twist(self) -> tuple[float, float, float]:
         """(vx, vy, wz) of base_link in its own axes, at the middle of the last step."""
-        state = self.state
-        return (state[at.S_BVX] + state[at.S_W] * self.constants[at.CY],
-                state[at.S_BVY] - state[at.S_W] * self.constants[at.CX], state[at.S_W])
+        state = self.felt
+        w = state[at.S_W]
+        return state[at.S_BVX] + w * self._cy, state[at.S_BVY] - w * self._cx, w
 
     def column(self, place: int) -> list[float]:
         """One number of every wheel, for instance ``column(layout.T_LOAD)``."""
         values = self.turn[place::at.TURN]
         return values if isinstance(values, list) else values.tolist()
+
+    def column_array(self, place: int) -> FloatArray:
+        """As :meth:`column`, as a new array (W,)."""
+        return np.array(self.turn[place::at.TURN])
 
     @property
     def hinge_angles(self) -> FloatArray:

@@ -31,6 +31,7 @@ from mecanum_base.sim.transport import Transport
 
 NANOSECONDS = 1_000_000_000
 _NEVER = 1 << 62
+_RATES, _FORCE = slice(at.S_GX, at.S_GZ + 1), slice(at.S_AX, at.S_AZ + 1)
 _HINGE_STEP = 2.0 * math.pi / 4096.0  # rad, resolution of a measured hinge angle
 
 
@@ -162,8 +163,7 @@ class Simulation:
         """The true motion now."""
         plant = self.plant
         return Truth(self.now_ns, np.array(plant.pose), np.array(plant.twist),
-                     np.array(plant.column(at.T_SLIP_RATE)),
-                     np.array(plant.column(at.T_SLIP_ANGLE)))
+                     plant.column_array(at.T_SLIP_RATE), plant.column_array(at.T_SLIP_ANGLE))
 
     def _elapsed(self) -> int:
         return self._steps * self._step_ns
@@ -186,11 +186,10 @@ class Simulation:
         heapq.heappush(self._queue, (self.start_ns + elapsed_ns, self._sequence, reading))
 
     def _take_imu(self, index: int) -> None:
-        state, active = self.plant.state, self._injection.active
+        active = self._injection.active
         speed = self._radius * sum(map(abs, self.plant.column(at.T_RATE))) / len(self._limit)
-        gyro, accel = self._inertial.read(
-            (state[at.S_GX], state[at.S_GY], state[at.S_GZ]),
-            (state[at.S_AX], state[at.S_AY], state[at.S_AZ]), speed)
+        felt = self.plant.felt
+        gyro, accel = self._inertial.read(felt[_RATES], felt[_FORCE], speed)
         if 'imu_frozen' in active:
             self._frozen = self._frozen or (gyro, accel)
             gyro, accel = self._frozen
