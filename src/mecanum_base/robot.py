@@ -126,7 +126,7 @@ def _missing_block(name: str, meaning: str, ignored: tuple[str, ...]) -> ConfigE
     for wanted in (name, 'carriers') if name == 'wheels' else (name,):
         close = difflib.get_close_matches(wanted, ignored, n=1, cutoff=0.6)
         if close:
-            return ConfigError(close[0], '...', f'unknown block, and {wanted!r} is '
+            return ConfigError(close[0], None, f'unknown block, and {wanted!r} is '
                                f'missing: did you mean {wanted!r}?')
     return ConfigError.missing(name, meaning)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import pathlib
+import re
 import sys
 from collections.abc import Iterator
 from typing import Any
@@ -21,8 +22,38 @@ _INT, _FLOAT = 'tag:yaml.org,2002:int', 'tag:yaml.org,2002:float'
 
 
 def load_robot(path: str | os.PathLike[str], *, strict: bool = False) -> Robot:
-    """The robot described by the file; ConfigError names file, key path, value, rule and unit."""
-    return Robot.from_mapping(read_parameters(path), strict=strict)
+    """The robot described by the file; ConfigError names file, line, key, value, rule and unit."""
+    text = read_text(path)
+    mapping = parse_parameters(text, str(path))
+    try:
+        return Robot.from_mapping(mapping, strict=strict)
+    except ConfigError as error:
+        line = line_of(text, error.key)
+        raise error.located(f'{path}, line {line}' if line else str(path)) from None
+
+
+def line_of(text: str, key: str) -> int:
+    """Line of the file in which ``key`` (``wheels.radius[2]``) or its nearest parent stands.
+
+    0 where not even its block is there.
+    """
+    node: Any = yaml.compose(text, Loader=yaml.SafeLoader)
+    line = 0
+    for depth, name in enumerate(['/**', 'ros__parameters', *re.findall(r'[^.\[\]]+', key)]):
+        children = _children(node)
+        if name not in children:
+            return line if depth > 2 else 0
+        line, node = children[name]
+    return line
+
+
+def _children(node: Any) -> dict[str, tuple[int, Any]]:
+    """(line, node) of the entries of a YAML mapping by key, or of a list by index."""
+    if isinstance(node, yaml.MappingNode):
+        return {str(key.value): (key.start_mark.line + 1, value) for key, value in node.value}
+    if isinstance(node, yaml.SequenceNode):
+        return {str(i): (item.start_mark.line + 1, item) for i, item in enumerate(node.value)}
+    return {}
 
 
 def read_parameters(path: str | os.PathLike[str]) -> dict[str, Any]:

@@ -38,6 +38,10 @@ class ConfigError(MecanumBaseError):
                            self.rule, self.unit)
         return moved
 
+    def located(self, place: str) -> ConfigError:
+        """The same error with the place of its key (file and line) put before the key path."""
+        return type(self)(f'{place}, {self.key}', self.value, self.rule, self.unit)
+
 
 class GeometryError(ConfigError):
     """The wheel set leaves a motion that no wheel resists (Gfrerrer, Theorem 2)."""
