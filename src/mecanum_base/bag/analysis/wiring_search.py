@@ -1,0 +1,264 @@
+"""Which wiring explains the recording best: a search over all plausible faults.
+
+Every hypothesis is a permutation and sign of the wheels, mirrored rollers or not, a unit of the
+gyro, a mounting of the IMU and a yaw scale. Its cost is a log-likelihood with the noise learned
+from the best that any linear combination of the wheels can do, so no noise figures are needed:
+
+    J = sum over channels  n/2 log((mse + floor) / (best mse + floor))  +  4.6 a changed thing
+
+n counts independent stretches (0.4 s each, at most 60 a channel), floor = (5 % of the signal)^2
+stands for what the model leaves out. exp(-J), normalised, is how sure the search is. A wiring
+that the recording cannot tell from another shares its probability and is never called certain.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mecanum_base.bag.analysis.wiring_signals import GRID, Signals, right_angles
+from mecanum_base.core.kinematics.matrix import wheels_from_body
+from mecanum_base.core.kinematics.solve import body_from_wheels, parity_basis
+from mecanum_base.core.kinematics.wheels import Wheels
+from mecanum_base.core.parameter import FloatArray
+
+PRICE = math.log(100.0)  # a fault is one in a hundred
+DEGREES = 180.0 / math.pi
+_STRETCH, _MOST = 0.4, 60
+_MISFIT = 0.05  # of the signal
+_TILT = math.radians(5.0)
+_LEVEL = 0.15  # of the turning may show on x and y of the gyro: tilt, bumps
+_TOLERANCE = 0.08  # yaw scales this near 1 are calibration, not a fault
+_KEPT = 400
+_ANY_SCALE = 5.0  # a factor from 1/1000 to 1000 is hit within 8 % by chance once in 80 tries
+_HOPELESS = 30.0  # cost above the best so far, exp(-30) is nothing
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wiring:
+    """One hypothesis: wheel i is really column ``order[i]`` times ``sign[i]``."""
+
+    order: tuple[int, ...]
+    sign: tuple[int, ...]
+    mirrored: bool
+    degrees: bool  # gyro in deg/s
+    mount: int  # index of the right-angle rotation put before the file's mount
+    scale: float  # real yaw over yaw of the wheels; 1 unless it is a fault
+    cost: float = 0.0
+    probability: float = 0.0
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """What would be changed in the robot file."""
+        return (self.order, self.sign, self.mirrored, self.degrees, self.mount,
+                self.scale != 1.0)
+
+
+class Target:
+    """A signal that the wheels should explain; only second moments of the columns are kept.
+
+    ``free`` (K, W) are the columns of which every model is a linear combination, ``real`` (K,).
+    """
+
+    def __init__(self, free: FloatArray, real: FloatArray) -> None:
+        rows = max(len(real), 1)
+        self._square = free.T @ free / rows
+        self._cross = free.T @ real / rows
+        self.spread = float(real @ real) / rows
+        solved = np.linalg.lstsq(self._square, self._cross, rcond=1e-9)[0]
+        self._best = max(self.spread - float(self._cross @ solved), 0.0)
+        self._count = min(_MOST, rows * GRID / _STRETCH) if rows * GRID > 1.0 else 0.0
+
+    def cost(self, weights: FloatArray) -> float:
+        """Cost of the model free @ weights."""
+        power = float(weights @ self._square @ weights)
+        mse = max(self.spread - 2.0 * float(weights @ self._cross) + power, 0.0)
+        floor = _MISFIT**2 * max(self.spread, power) + 1e-12
+        return 0.5 * self._count * max(0.0, math.log((mse + floor) / (self._best + floor)))
+
+    def scale(self, weights: FloatArray) -> float:
+        """The factor that fits free @ weights best; 1 where there is nothing to fit."""
+        power = float(weights @ self._square @ weights)
+        return float(weights @ self._cross) / power if power > 1e-12 else 1.0
+
+
+class _Targets:
+    """All signals of one recording as targets, by mounting of the IMU."""
+
+    def __init__(self, signals: Signals, mount: FloatArray) -> None:
+        self.signals = signals
+        self.rotations = right_angles()
+        self.gravity = _gravity_cost(signals, self.rotations, mount)
+        rows = len(signals.wheel)
+        self.square = signals.wheel.T @ signals.wheel / rows
+        self.count = min(_MOST, signals.seconds / _STRETCH)
+        self.witness: list[Target] = []
+        if signals.witness is not None:
+            good = np.isfinite(signals.witness).all(axis=1)
+            self.witness = [Target(signals.wheel[good], signals.witness[good, axis])
+                            for axis in range(3)]
+        self.plane: list[float] = []
+        self.yaw: list[tuple[Target, Target]] = []
+        self.push: list[tuple[Target, Target]] = []
+        for turn in self.rotations if signals.gyro is not None else []:
+            assert signals.gyro is not None
+            whole = turn @ mount
+            self.plane.append(_plane_cost(signals.gyro @ whole.T, self.count))
+            rate = signals.gyro @ whole[2]
+            self.yaw.append((Target(signals.wheel, rate), Target(signals.wheel, rate / DEGREES)))
+            if signals.accel is not None:
+                self.push.append(self._pushes(whole, rate))
+
+    def _pushes(self, whole: FloatArray, rate: FloatArray) -> tuple[Target, Target]:
+        """Accelerometer along x and y while the robot hardly turns (no centripetal part)."""
+        assert self.signals.accel is not None
+        size = np.abs(rate)
+        calm = size < max(0.2, 0.2 * float(np.percentile(size, 95)))
+        accel = self.signals.accel[calm] @ whole.T
+        if 0.8 < self.signals.up_size < 1.2:
+            accel = accel * 9.80665
+        return (Target(self.signals.push[calm], accel[:, 0]),
+                Target(self.signals.push[calm], accel[:, 1]))
+
+    def parity(self, rows: FloatArray) -> float:
+        """Cost of the wheels contradicting each other (rows: parity after wiring)."""
+        if not len(rows):
+            return 0.0
+        spread = float(np.trace(self.square)) / len(self.square)
+        mse = max(float(np.trace(rows @ self.square @ rows.T)) / len(rows), 0.0)
+        floor = _MISFIT**2 * spread + 1e-12
+        return 0.5 * self.count * math.log((mse + floor) / floor)
+
+
+def search(signals: Signals, wheels: Wheels, mount: FloatArray) -> list[Wiring]:
+    """The best wirings, most probable first; ``mount`` (3, 3): base_from_sensor of the file."""
+    targets = _Targets(signals, mount)
+    found: list[Wiring] = []
+    best = math.inf
+    for mirrored in (False, True):
+        system = _system(wheels, mirrored)
+        if system is None:
+            continue
+        forward, parity = system
+        for order, sign, price in sorted(_wirings(wheels.count), key=lambda w: w[2]):
+            mixing = np.zeros((wheels.count, wheels.count))
+            mixing[np.arange(wheels.count), list(order)] = sign
+            wiring = Wiring(order, sign, mirrored, False, 0, 1.0, price + PRICE * mirrored)
+            scored = _score(targets, forward @ mixing, parity @ mixing, wiring,
+                            best + _HOPELESS)
+            best = min([best, *(w.cost for w in scored)])
+            found += scored
+    found.sort(key=lambda w: w.cost)
+    found = found[:_KEPT]
+    weight = np.exp(-(np.array([w.cost for w in found]) - found[0].cost))
+    total = float(weight.sum())
+    return [dataclasses.replace(w, probability=float(p) / total)
+            for w, p in zip(found, weight)]
+
+
+def _system(wheels: Wheels, mirrored: bool) -> tuple[FloatArray, FloatArray] | None:
+    """Forward matrix and parity of the wheels, rollers as in the file or mirrored."""
+    chosen = dataclasses.replace(wheels, roller=-wheels.roller) if mirrored else wheels
+    matrix = wheels_from_body(chosen)
+    singular = np.linalg.svd(matrix * np.array([1.0, 1.0, 1.0 / _arm(wheels)]), compute_uv=False)
+    if singular[-1] < 0.02 * singular[0]:
+        return None  # such wheels could not turn the robot at all
+    return body_from_wheels(matrix), parity_basis(matrix)
+
+
+def _arm(wheels: Wheels) -> float:
+    return float(np.hypot(wheels.x, wheels.y).mean())
+
+
+def _wirings(count: int) -> list[tuple[tuple[int, ...], tuple[int, ...], float]]:
+    """Permutations with signs and what each costs; above four wheels one swap at most."""
+    identity = tuple(range(count))
+    if count <= 4:
+        orders = list(itertools.permutations(identity))
+    else:
+        orders = [identity]
+        for a, b in itertools.combinations(identity, 2):
+            swapped = list(identity)
+            swapped[a], swapped[b] = b, a
+            orders.append(tuple(swapped))
+    signs = list(itertools.product((1, -1), repeat=count))
+    if count > 4:
+        signs = [s for s in signs if s.count(-1) <= 2 or s.count(-1) == count]
+    found = []
+    for order in orders:
+        swaps = count - _cycles(order)
+        for sign in signs:
+            flips = sign.count(-1)
+            flips = min(flips, 1 + count - flips)  # all reversed is one fault, not four
+            found.append((order, sign, PRICE * (swaps + flips)))
+    return found
+
+
+def _cycles(order: tuple[int, ...]) -> int:
+    seen: set[int] = set()
+    count = 0
+    for start in order:
+        if start not in seen:
+            count += 1
+            at = start
+            while at not in seen:
+                seen.add(at)
+                at = order[at]
+    return count
+
+
+def _gravity_cost(signals: Signals, rotations: list[FloatArray], mount: FloatArray) -> FloatArray:
+    """Cost of each rotation from the direction of gravity; 0 without an accelerometer."""
+    if signals.up is None or signals.up_size < 0.5:
+        return np.zeros(len(rotations))
+    sigma = _TILT if signals.up_rested else 2.0 * _TILT
+    angle = [math.acos(max(-1.0, min(1.0, float((turn @ mount @ signals.up)[2]))))
+             for turn in rotations]
+    return np.minimum(0.5 * (np.array(angle) / sigma) ** 2, 40.0)
+
+
+def _plane_cost(gyro: FloatArray, count: float) -> float:
+    """A base on a floor turns about z: what x and y of the gyro (K, 3) show speaks against."""
+    power = np.mean(gyro**2, axis=0)
+    floor = _LEVEL**2 * float(power.sum()) + 1e-12
+    return 0.5 * count * math.log((float(power[0] + power[1]) + floor) / floor)
+
+
+def _score(targets: _Targets, forward: FloatArray, parity: FloatArray,
+           wiring: Wiring, limit: float) -> list[Wiring]:
+    """The wiring with every reading of the IMU; its ``cost`` so far is the price of the wiring.
+
+    What costs more than ``limit`` is left out.
+    """
+    base = wiring.cost + targets.parity(parity)
+    if base > limit:
+        return []
+    base += sum(target.cost(row) for target, row in zip(targets.witness, forward))
+    if targets.signals.gyro is None:
+        return [dataclasses.replace(wiring, cost=base)]
+    found = []
+    for index in range(len(targets.rotations)):
+        cost = base + float(targets.gravity[index]) + (PRICE if index else 0.0)
+        cost += targets.plane[index]
+        if cost > limit:
+            continue
+        push = targets.push[index] if targets.push else ()
+        level = sum(t.cost(row) for t, row in zip(push, forward))
+        for degrees in (False, True):
+            target, price = targets.yaw[index][degrees], cost + PRICE * degrees
+            scale = target.scale(forward[2])
+            near = min(max(scale, 1.0 - _TOLERANCE), 1.0 + _TOLERANCE)
+            found.append(dataclasses.replace(
+                wiring, mount=index, degrees=degrees,
+                cost=price + level + target.cost(near * forward[2])))
+            if scale > 0.0 and near != scale:
+                scaled = sum(t.cost(scale * row) for t, row in zip(push, forward))
+                found.append(dataclasses.replace(  # lever arm, or counts of all wheels
+                    wiring, mount=index, degrees=degrees, scale=scale,
+                    cost=price + PRICE + _ANY_SCALE + min(level, scaled)
+                    + target.cost(scale * forward[2])))
+    return found
