@@ -145,6 +145,32 @@ def test_a_node_may_keep_its_own_clock(script):
     assert script.add(Node, name='other').get_clock().now().nanoseconds == SECOND
 
 
+class Asynchronous(Node):
+    """Asks another node's service from an asynchronous callback."""
+
+    def __init__(self, **options):
+        super().__init__('asynchronous', **options)
+        self.client = self.create_client(Trigger, 'clockwork/poke')
+        self.answers = []
+        self.create_subscription(String, 'ask', self.ask, 10)
+
+    async def ask(self, message):
+        answer = await self.client.call_async(Trigger.Request())
+        self.answers.append(f'{message.data} {answer.message}')
+
+
+def test_asynchronous_callbacks_and_clients_of_nodes_are_served(script):
+    script.add(Clockwork)
+    node = script.add(Asynchronous)
+    ask = script.publisher(String, 'ask')
+    script.connect()
+    script.wait_for(node.client.service_is_ready, 'the service')
+    script.publish(ask, String(data='hello'))
+    assert node.answers == ['hello poked']
+    script.publish(ask, String(data='again'))
+    assert node.answers == ['hello poked', 'again poked']
+
+
 def test_time_can_be_moved_back(script):
     node = script.add(Clockwork)
     script.run(1.0, 0.02)

@@ -53,9 +53,9 @@ def run(factory: Union[Factory, Sequence[Factory]], args: Sequence[str] | None =
         commands_wheels: bool = False, name: str = '') -> int:
     """Run the node of ``factory`` (or several in one process) until it ends; the exit code.
 
-    ``args`` are the words after the program ``name`` (default: the module of the first node). With ``commands_wheels`` every node that has
-    ``halt(reason) -> publishers`` is halted before the process ends, whatever ended it, and its
-    publishers wait until the zeros are acknowledged.
+    ``args`` are the words after the program ``name`` (default: the module of the first node).
+    With ``commands_wheels`` every node that has ``halt(reason) -> publishers`` is halted before
+    the process ends, whatever ended it, and its publishers wait until the zeros are acknowledged.
     """
     factories = tuple(factory) if isinstance(factory, Sequence) else (factory,)
     words = list(sys.argv[1:] if args is None else args)

@@ -28,7 +28,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Coroutine, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
@@ -45,6 +45,7 @@ from rclpy.time import Time
 from rclpy.utilities import try_shutdown
 
 from mecanum_base.ros.parameters import RobotSource, overrides
+from mecanum_base.ros.polling import needs_executor, poll, serve
 from mecanum_base.ros.qos import RELIABLE
 
 AnyNode = TypeVar('AnyNode', bound=Node)
@@ -67,6 +68,7 @@ class Script:
         self._nodes: list[Node] = []
         self._stepped: list[Node] = []
         self._hooks: list[Callable[[int, int], None]] = []
+        self._has_tasks = False  # an asynchronous callback has been called
         self._bench = self.add(Node, name='script', start_parameter_services=False)
 
     def __enter__(self) -> Script:
@@ -170,16 +172,29 @@ class Script:
 
     def settle(self) -> None:
         """Work off everything that is ready; an exception of a callback comes out here."""
-        idle = 0
-        while idle < 2:  # the first may come from the rest of the last batch, without a new look
+        while True:
+            while any([poll(node, self._later) for node in list(self._nodes)]):
+                pass
+            if not any([serve(node) for node in list(self._nodes)]) and not self._serve_rest():
+                return
+
+    def _later(self, work: Coroutine[Any, Any, Any]) -> None:
+        self._has_tasks = True
+        self.executor.create_task(work)
+
+    def _serve_rest(self) -> bool:
+        """One round of rclpy's executor for what is not polled; whether it called anything."""
+        if not self._has_tasks and not any(needs_executor(node) for node in self._nodes):
+            return False
+        for _ in range(2):  # the first may end the last round, without a new look
             try:
                 handler, _, _ = self.executor.wait_for_ready_callbacks(timeout_sec=0.0)
             except TimeoutException:
-                idle += 1
                 continue
-            idle = 0
             handler()
             handler.result()
+            return True
+        return False
 
     def advance(self, dt: float) -> None:
         """One step of simulated time of ``dt`` s (rounded to nanoseconds); then settle."""
