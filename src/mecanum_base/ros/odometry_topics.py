@@ -13,6 +13,7 @@ from mecanum_base import messages
 from mecanum_base.core.records import Estimate
 from mecanum_base.robot import Robot
 from mecanum_base.ros.qos import RELIABLE, SENSOR_PUBLISHER
+from mecanum_base.ros.slip_markers import SlipMarkers
 from mecanum_base.ros.transforms import Transforms
 
 
@@ -29,6 +30,7 @@ class OdometryTopics:
         self._wheels = node.create_publisher(JointState, 'slip/wheels', RELIABLE)
         self._probability = node.create_publisher(Float64MultiArray, 'slip/probability', RELIABLE)
         self._ratio = node.create_publisher(Float64MultiArray, 'slip/ratio', RELIABLE)
+        self._markers = SlipMarkers(node, robot)
         self._send = (transforms.sender(node, 'tf', SENSOR_PUBLISHER)
                       if frames.enable_odom_tf else None)
         self.tf_way = (transforms.way if frames.enable_odom_tf
@@ -54,4 +56,5 @@ class OdometryTopics:
             if not msg.layout.dim:
                 messages.write_layout(msg, MultiArrayDimension(), 'wheels, then the body')
             publisher.publish(msg)
+        self._markers.publish(estimate)
         self.count[estimate.source] = self.count.get(estimate.source, 0) + 1
