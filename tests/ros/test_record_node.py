@@ -126,10 +126,14 @@ def test_latched_transforms_that_were_sent_before_are_recorded(script, tmp_path)
     assert (qos['durability'], qos['reliability']) == ('transient_local', 'reliable')
 
 
-def test_best_effort_publishers_are_heard(script, tmp_path):
+@pytest.mark.parametrize('later', [False, True])
+def test_best_effort_publishers_are_heard(script, tmp_path, later):
+    if later:  # subscribed reliably by then
+        node = recording(script, tmp_path / 'bag')
     imu = script.publisher(Imu, 'imu/data_raw', QoSProfile(
         depth=10, reliability=ReliabilityPolicy.BEST_EFFORT))
-    node = recording(script, tmp_path / 'bag')
+    if not later:
+        node = recording(script, tmp_path / 'bag')
     script.connect()
     script.publish(imu, Imu())
     finish(script, node)
@@ -149,7 +153,7 @@ def test_topics_of_a_namespace_are_recorded_under_their_full_names(script, tmp_p
 def test_a_type_that_does_not_belong_to_the_topic_is_reported(script, tmp_path):
     wrong = script.publisher(String, 'odom')
     node = recording(script, tmp_path / 'bag')
-    node._look()
+    node.look()
     script.publish(wrong, String(data='no odometry'))
     status = {s.name.partition(': ')[2]: s for s in node._diagnostics.publish()}['recording']
     assert status.level == ERROR and 'odom as std_msgs/msg/String' in status.message
@@ -231,7 +235,7 @@ def test_a_changed_type_is_followed_and_the_old_one_let_go():
 
     graph = Graph()
     followed = FollowedTopic(graph, 'cmd_vel', {'twist': 'A', 'stamped': 'B'}, None,
-                             lambda infos: None, default='twist')
+                             lambda infos: SENSOR_PUBLISHER, default='twist')
     assert followed.type == 'twist'
     graph.types = ['twist', 'stamped']
     assert not followed.look() and followed.conflict == 'stamped'

@@ -218,7 +218,7 @@ def test_what_the_node_published_is_what_replay_of_the_recording_writes(tmp_path
         tap = Tap(odometry, tmp_path / 'live')
         script.wait_for(lambda: odometry.count_publishers('/odometry_reset') == 1, 'discovery')
         script.connect()
-        recorder._look()
+        recorder.look()
         half = len(found) // 2
         for index, (arrival, msg) in enumerate(found):
             if arrival > script.now_ns:

@@ -12,6 +12,9 @@ from typing import Any
 
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from mecanum_base.ros.arrivals import Arrivals
 
 LOOK_PERIOD = 0.2  # s
 
@@ -19,26 +22,28 @@ LOOK_PERIOD = 0.2  # s
 class FollowedTopic:
     """Follows ``topic``; ``types`` are the message classes by name that can be taken.
 
-    ``profile(infos)`` gives the QoS from what the publishers offer. ``default`` is subscribed
-    while nobody publishes ('' = nothing is). ``callback(message)``; raw bytes with ``raw``.
+    ``profile(infos)`` gives the QoS from what the publishers offer; a subscription too strict for
+    a publisher that appears later is made anew. ``default`` is subscribed while nobody publishes
+    ('' = nothing is). ``callback`` gets the message (raw bytes with ``raw``); with ``arrivals``
+    it is called through that group, with the time of arrival as well.
     """
 
     def __init__(self, node: Any, topic: str, types: Mapping[str, Any],
-                 callback: Callable[..., None], profile: Callable[[list[Any]], Any], *,
-                 default: str = '', raw: bool = False) -> None:
+                 callback: Callable[..., None], profile: Callable[[list[Any]], QoSProfile], *,
+                 default: str = '', raw: bool = False, arrivals: Arrivals | None = None) -> None:
         self._node, self._types, self._profile = node, types, profile
-        self._callback, self._raw = callback, raw
+        self._callback, self._raw, self._arrivals = callback, raw, arrivals
         self.topic = topic
         self.type = ''
         self.conflict = ''
         self.unknown = ''
-        self.offered: tuple[Any, ...] = ()
         self._subscription: Any = None
-        if not self.look() and default:
-            self._subscribe(default, [])
+        self._qos: QoSProfile | None = None
+        if not self.look() and default and not self.unknown:
+            self._subscribe(default, profile([]))
 
     def look(self) -> bool:
-        """Look at the graph; True if the type of the subscription changed."""
+        """Look at the graph; True if the subscription was made anew."""
         offers: dict[str, list[Any]] = {}
         for info in self._node.get_publishers_info_by_topic(self.topic):
             offers.setdefault(info.topic_type, []).append(info)
@@ -46,17 +51,30 @@ class FollowedTopic:
         self.unknown = next((name for name in offers if name not in self._types), '')
         self.conflict = next((name for name in known if name != self.type), '') if (
             self.type in known) else ''
-        if not known or self.type in known:
+        if not known:
             return False
-        self._subscribe(known[0], offers[known[0]])
+        chosen = self.type if self.type in known else known[0]
+        wanted = self._profile(offers[chosen])
+        if chosen == self.type and not _too_strict(self._qos, wanted):
+            return False
+        self._subscribe(chosen, wanted)
         return True
 
-    def _subscribe(self, name: str, infos: list[Any]) -> None:
+    def _subscribe(self, name: str, qos: QoSProfile) -> None:
+        owner = self._node if self._arrivals is None else self._arrivals
         if self._subscription is not None:
-            self._node.destroy_subscription(self._subscription)
-        self.type, self.offered = name, tuple(info.qos_profile for info in infos)
-        self._subscription = self._node.create_subscription(
-            self._types[name], self.topic, self._callback, self._profile(infos), raw=self._raw)
+            owner.destroy_subscription(self._subscription)
+        self.type, self._qos = name, qos
+        self._subscription = owner.create_subscription(
+            self._types[name], self.topic, self._callback, qos, raw=self._raw)
+
+
+def _too_strict(have: QoSProfile | None, wanted: QoSProfile) -> bool:
+    """Whether a subscription asks for more than some publisher offers."""
+    if have is None:
+        return True
+    return (have.reliability == ReliabilityPolicy.RELIABLE != wanted.reliability
+            or have.durability == DurabilityPolicy.TRANSIENT_LOCAL != wanted.durability)
 
 
 def look_often(node: Any, look: Callable[[], Any]) -> Any:

@@ -24,6 +24,7 @@ from mecanum_base import messages
 from mecanum_base.core.records import Estimate
 from mecanum_base.intake import Intake
 from mecanum_base.ros import process
+from mecanum_base.ros.arrivals import Arrivals
 from mecanum_base.ros.diagnostics import Diagnostics, Source
 from mecanum_base.ros.followed_topic import FollowedTopic, look_often
 from mecanum_base.ros.odometry_health import OdometryHealth
@@ -49,10 +50,11 @@ class OdometryNode(RobotNode):
         self._encoder = Source(robot.encoder.source, robot.encoder.source)
         self._imu = Source('imu', 'imu/data_raw')
         self._ticks: FollowedTopic | None = None
+        self._arrivals = Arrivals(self)
         self._subscribe_encoder(robot.encoder.source, robot.encoder.ticks_type)
-        self.create_subscription(Imu, 'imu/data_raw', self._on_imu, SENSOR)
-        self.create_subscription(PoseWithCovarianceStamped, 'set_pose', self._on_set_pose,
-                                 RELIABLE)
+        self._arrivals.create_subscription(Imu, 'imu/data_raw', self._on_imu, SENSOR)
+        self._arrivals.create_subscription(PoseWithCovarianceStamped, 'set_pose',
+                                           self._on_set_pose, RELIABLE)
         if robot.imu.from_tf:
             transforms.listen(self, 'tf_static', STATIC, self._on_static_transforms)
         self._resets = self.create_publisher(Header, 'odometry_reset', RELIABLE)
@@ -69,33 +71,32 @@ class OdometryNode(RobotNode):
 
     def _subscribe_encoder(self, source: str, ticks_type: str) -> None:
         if source == 'joint_states':
-            self.create_subscription(JointState, source, self._on_joint_states, SENSOR)
+            self._arrivals.create_subscription(JointState, source, self._on_joint_states, SENSOR)
             return
         classes = dict(zip(TICK_TYPES.values(), (Int64MultiArray, Int32MultiArray)))
         wanted = TICK_TYPES.get(ticks_type)
         if wanted is not None:
             classes = {wanted: classes[wanted]}
-        self._ticks = FollowedTopic(self, source, classes, self._on_wheel_ticks,
-                                    lambda _: SENSOR, default=next(iter(classes)))
+        self._ticks = FollowedTopic(self, source, classes, self._on_wheel_ticks, lambda _: SENSOR,
+                                    default=next(iter(classes)), arrivals=self._arrivals)
         look_often(self, self._ticks.look)
 
-    def _on_joint_states(self, msg: Any) -> None:
+    def _on_joint_states(self, msg: Any, _arrival: int) -> None:
         self._encoder.arrived(self._age(msg.header))
         self._publish(self.intake.joint_states(msg))
 
-    def _on_wheel_ticks(self, msg: Any) -> None:
-        now = self.get_clock().now().nanoseconds
+    def _on_wheel_ticks(self, msg: Any, arrival: int) -> None:
         self._encoder.arrived()
-        if now == 0:  # simulated time that has not begun
+        if arrival == 0:  # simulated time that has not begun
             self._encoder.reject('no time yet on /clock')
             return
-        self._publish(self.intake.wheel_ticks(msg, now))
+        self._publish(self.intake.wheel_ticks(msg, arrival))
 
-    def _on_imu(self, msg: Any) -> None:
+    def _on_imu(self, msg: Any, _arrival: int) -> None:
         self._imu.arrived(self._age(msg.header))
         self._publish(self.intake.imu(msg))
 
-    def _on_set_pose(self, msg: Any) -> None:
+    def _on_set_pose(self, msg: Any, _arrival: int) -> None:
         self._publish(self.intake.set_pose(msg))
 
     def _on_static_transforms(self, transforms: list[Transform]) -> None:

@@ -1,6 +1,6 @@
 """Record node: every topic of the robot into an MCAP bag that survives a kill.
 
-Each topic is subscribed when somebody publishes it, with the type and QoS found in the graph, and
+Every topic is subscribed, those that may have several types with the one that is published, and
 written as the bytes that came. The log time is the node's clock at arrival. Every
 record.flush_period seconds everything is on disk; at the end summary and metadata.yaml make the
 folder a rosbag2 bag. A robot file is not needed.
@@ -24,6 +24,7 @@ from mecanum_base.core.errors import BagError, ConfigError
 from mecanum_base.core.parameter import read_section, rules
 from mecanum_base.robot import RecordConfig
 from mecanum_base.ros import process
+from mecanum_base.ros.arrivals import Arrivals
 from mecanum_base.ros.contract_topics import contract_topics
 from mecanum_base.ros.diagnostics import ERROR, OK, STALE, Diagnostics, Status
 from mecanum_base.ros.followed_topic import FollowedTopic, look_often
@@ -31,6 +32,7 @@ from mecanum_base.ros.parameters import declare, descriptor, nested
 from mecanum_base.ros.transforms import Transforms
 
 DEPTH = 1000
+LATCHED = ('tf_static',)  # topics whose last messages are wanted also if sent before
 HELD = 1000  # messages kept while simulated time has not begun
 
 
@@ -46,16 +48,17 @@ class RecordNode(Node):
         except BagError as error:
             raise ConfigError('record.output', folder, str(error)) from None
         self._failure = ''
-        self._held: list[tuple[int, int, bytes]] = []
+        self._held: list[tuple[int, bytes]] = []
         self._channels: dict[tuple[str, str], int] = {}
         self._counts: dict[str, int] = {}
-        self._topics = [
-            FollowedTopic(self, topic, types, functools.partial(self._on_message, topic), _profile,
-                          raw=True)
-            for topic, types in contract_topics(Transforms()).items()]
-        self._by_name = {topic.topic: topic for topic in self._topics}
-        self._look()
-        look_often(self, self._look)
+        arrivals = Arrivals(self)
+        self._topics = {
+            topic: FollowedTopic(
+                self, topic, types, functools.partial(self._on_message, topic),
+                functools.partial(_profile, latched=topic in LATCHED), raw=True,
+                arrivals=arrivals, default=next(iter(types)) if len(types) == 1 else '')
+            for topic, types in contract_topics(Transforms()).items()}
+        look_often(self, self.look)
         self.create_timer(config.flush_period, self._flush,
                           clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._diagnostics = Diagnostics(self, self._statuses)
@@ -79,36 +82,33 @@ class RecordNode(Node):
                                    ignore_override=True)
         return config
 
-    def _look(self) -> None:
-        for topic in self._topics:
-            if topic.look():
-                self.get_logger().info(f'recording {self.resolve_topic_name(topic.topic)} '
-                                       f'[{topic.type}]')
+    def look(self) -> None:
+        """Look for new publishers now."""
+        for topic in self._topics.values():
+            topic.look()
 
-    def _on_message(self, topic: str, raw: Any, info: Any) -> None:
-        now = self.get_clock().now().nanoseconds
+    def _on_message(self, topic: str, raw: Any, now: int) -> None:
         channel = self._channel(topic)
-        published = int(info['source_timestamp']) or now
         self._counts[topic] = self._counts.get(topic, 0) + 1
         if now == 0 and len(self._held) < HELD:  # simulated time that has not begun
-            self._held.append((channel, published, bytes(raw)))
+            self._held.append((channel, bytes(raw)))
             return
         self._write_held(now)
-        self._guarded(self.recorder.write, channel, now, published, bytes(raw))
+        self._guarded(self.recorder.write, channel, now, now, bytes(raw))
 
     def _channel(self, topic: str) -> int:
-        followed = self._by_name[topic]
-        key = topic, followed.type
+        key = topic, self._topics[topic].type
         if key not in self._channels:
-            qos = [_words(profile) for profile in followed.offered]
-            self._channels[key] = self.recorder.channel(self.resolve_topic_name(topic),
-                                                        followed.type, qos)
+            name = self.resolve_topic_name(topic)
+            qos = [_words(info.qos_profile) for info in self.get_publishers_info_by_topic(topic)]
+            self._channels[key] = self.recorder.channel(name, key[1], qos)
+            self.get_logger().info(f'recording {name} [{key[1]}]')
         return self._channels[key]
 
     def _write_held(self, now: int) -> None:
         held, self._held = self._held, []
-        for channel, published, raw in held:
-            self._guarded(self.recorder.write, channel, now, published, raw)
+        for channel, raw in held:
+            self._guarded(self.recorder.write, channel, now, now, raw)
 
     def _flush(self) -> None:
         self._guarded(self.recorder.flush)
@@ -127,8 +127,9 @@ class RecordNode(Node):
         values: dict[str, object] = {
             'folder': self.recorder.folder, 'messages': self.recorder.messages,
             **{f'{topic}: messages': n for topic, n in sorted(self._counts.items())}}
-        conflicts = [f'{t.topic} also as {t.conflict}' for t in self._topics if t.conflict]
-        strange = [f'{t.topic} as {t.unknown}' for t in self._topics if t.unknown]
+        topics = self._topics.values()
+        conflicts = [f'{t.topic} also as {t.conflict}' for t in topics if t.conflict]
+        strange = [f'{t.topic} as {t.unknown}' for t in topics if t.unknown]
         if self._failure:
             return [Status('recording', ERROR, self._failure, values)]
         if conflicts or strange:
@@ -139,11 +140,11 @@ class RecordNode(Node):
         return [Status('recording', OK, f'{self.recorder.messages} messages', values)]
 
 
-def _profile(infos: list[Any]) -> QoSProfile:
-    """The strictest profile that still hears every publisher."""
+def _profile(infos: list[Any], latched: bool) -> QoSProfile:
+    """The strictest profile that hears every publisher; without any, that of our own nodes."""
     offers = [info.qos_profile for info in infos]
     reliable = all(q.reliability == ReliabilityPolicy.RELIABLE for q in offers)
-    latched = all(q.durability == DurabilityPolicy.TRANSIENT_LOCAL for q in offers)
+    latched = latched and all(q.durability == DurabilityPolicy.TRANSIENT_LOCAL for q in offers)
     return QoSProfile(
         depth=DEPTH,
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,

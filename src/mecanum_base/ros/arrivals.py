@@ -1,0 +1,64 @@
+"""Subscriptions that are served in the order of arrival, across topics.
+
+rclpy's executor takes one message of each topic in turn. Behind a backlog a topic with many
+messages would fall ever farther behind one with few, and samples that belong together would come
+seconds apart: late for the estimator, disordered in a bag. :class:`Arrivals` takes everything that
+waits on all its topics at once and handles it in the order in which it arrived.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.subscription import Subscription
+
+Handle = Callable[[Any, int], None]
+
+
+class Arrivals:
+    """A group of subscriptions of one node; handlers get (message, time of arrival in ns).
+
+    The time is the node's clock: that at which the message came in, or the present of a simulated
+    clock, which has no history.
+    """
+
+    def __init__(self, node: Any) -> None:
+        self._node = node
+        self._taps: list[tuple[Subscription, Handle]] = []
+
+    def create_subscription(self, message: Any, topic: str, handle: Handle, qos: Any, *,
+                            raw: bool = False) -> Subscription:
+        """Subscribe, as a node does; end it with :meth:`destroy_subscription` of this group."""
+        def wake(msg: Any, info: Any) -> None:
+            self._serve(msg, int(info['received_timestamp']), handle)
+        subscription = self._node.create_subscription(message, topic, wake, qos, raw=raw)
+        self._taps.append((subscription, handle))
+        return subscription
+
+    def destroy_subscription(self, subscription: Subscription) -> None:
+        """Unsubscribe."""
+        self._taps = [tap for tap in self._taps if tap[0] is not subscription]
+        self._node.destroy_subscription(subscription)
+
+    def _serve(self, first: Any, received: int, handle: Handle) -> None:
+        """Handle the message that woke us and all that wait, in the order of arrival."""
+        waiting = [(received, 0, handle, first)]
+        for subscription, other in self._taps:
+            while True:
+                with subscription.handle:
+                    taken = subscription.handle.take_message(subscription.msg_type,
+                                                             subscription.raw)
+                if taken is None:
+                    break
+                waiting.append((int(taken[1]['received_timestamp']), len(waiting), other,
+                                taken[0]))
+        waiting.sort(key=lambda item: item[:2])
+        for came, _, call, message in waiting:
+            call(message, self._arrival(came))
+
+    def _arrival(self, received: int) -> int:
+        clock = self._node.get_clock()
+        if clock.ros_time_is_active or received <= 0:
+            return int(clock.now().nanoseconds)
+        return received
