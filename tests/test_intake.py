@@ -185,3 +185,37 @@ def test_links_that_are_no_rigid_motion_are_not_learnt(from_tf):
     for quaternion in ((0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, math.nan), (1.0, 1.0, 1.0, 1.0)):
         intake.static_transform('base_link', 'imu_link', (0.0, 0.0, 0.0), quaternion)
         assert not intake.mount_known
+
+
+# --- clocks -------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('silence,doubt', [(3.0, 0.5), (3600.0, 1.2), (50 * 365 * 86400.0, 1.2)])
+def test_a_silence_of_any_length_keeps_the_pose_finite_and_near(robot, silence, doubt):
+    """From a pulled plug to a robot without a battery-backed clock that boots in 1970."""
+    intake = Intake(robot)
+    found = run(intake, count=100)
+    late = round(silence * 1e9)
+    for index in range(100, 160):
+        for sample in (imu(index, late), wheels(index)):
+            if isinstance(sample, WheelSample):
+                sample = WheelSample(sample.stamp_ns + late, sample.position, sample.velocity)
+            found += intake.handle(sample)
+    last = found[-1]
+    assert len(found) < 200
+    assert np.all(np.abs(last.pose) < 0.05)  # it stood all the time
+    assert np.sqrt(last.pose_covariance[0, 0]) < doubt
+
+
+def test_a_clock_set_back_by_hours_goes_on_from_the_last_pose(robot):
+    intake = Intake(robot)
+    run(intake, count=60, extra=[(30, pose(START + 30 * STEP))])
+    early = -3600 * 10**9
+    found = []
+    for index in range(60, 120):
+        moved = wheels(index)
+        found += intake.handle(imu(index, early))
+        found += intake.handle(WheelSample(moved.stamp_ns + early, moved.position,
+                                           moved.velocity))
+    assert intake.estimator.health.restarts == 1
+    assert found[-1].pose[0] == pytest.approx(3.0, abs=0.01)
+    assert found[-1].stamp_ns < START

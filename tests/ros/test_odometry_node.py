@@ -486,3 +486,49 @@ def test_without_the_mount_odometry_starts_from_the_wheels_after_a_while(script,
     bench.drive(0.5, speed=0.1)
     assert bench.statuses()['imu'].level == OK
     assert bench.odom[-1].pose.pose.position.x == pytest.approx(at + 0.05, abs=0.01)
+
+
+# --- time ---------------------------------------------------------------------------------------
+
+def test_a_forward_jump_of_the_clock_neither_floods_nor_stops_odometry(script):
+    bench = Bench(script)
+    bench.drive(0.5, speed=0.2)
+    bench.drive(0.2)
+    before = bench.odom[-1]
+    script.move_to(script.now_ns + 3600 * 10**9)
+    landed = script.now_ns
+    bench.drive(0.3)
+    after = [m for m in bench.odom if stamp_of(m) > stamp_of(before)]
+    assert 20 <= len([m for m in after if stamp_of(m) >= landed]) <= 31
+    assert len(after) < 50  # an hour is not filled with predictions
+    assert after[-1].pose.pose.position.x == pytest.approx(bench.travel, abs=0.05)
+    assert after[-1].pose.covariance[0] > 0.5  # m^2: the base may have been moved meanwhile
+
+
+def test_a_small_step_back_of_the_clock_is_bridged(script):
+    """As when NTP puts the clock of a robot right by 0.3 s."""
+    bench = Bench(script)
+    bench.drive(1.0, speed=0.2)
+    script.move_to(script.now_ns - 300_000_000)
+    step = script.now_ns
+    bench.drive(1.0, speed=0.2)
+    stamps = [stamp_of(m) for m in bench.odom]
+    assert stamps == sorted(stamps)
+    assert stamps[-1] > step + 900_000_000
+    rejected = bench.statuses()['joint_states'].values['rejected: late']
+    assert rejected == pytest.approx(28, abs=2)  # 0.3 s less the reorder wait, at 100 Hz
+    # no more is lost than was driven during the step: 0.3 s at 0.2 m/s
+    assert bench.travel - 0.07 < bench.odom[-1].pose.pose.position.x < bench.travel
+
+
+def test_a_paused_clock_publishes_nothing_and_is_reported(script):
+    bench = Bench(script)
+    bench.drive(0.3)
+    bench.statuses()
+    count = len(bench.odom)
+    for _ in range(20):
+        script.settle()
+    assert len(bench.odom) == count
+    assert bench.statuses()['clock'].level == STALE
+    bench.drive(0.3)
+    assert bench.statuses()['clock'].level == OK and len(bench.odom) > count + 20

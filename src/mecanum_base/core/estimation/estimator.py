@@ -19,9 +19,11 @@ from mecanum_base.core.estimation.layout import (
     HAVE_ACCEL,
     HAVE_GYRO,
     JITTER,
+    PX,
     SLIP,
     STEP,
     STILL,
+    YAW,
 )
 from mecanum_base.core.estimation.notes import unobservable
 from mecanum_base.core.estimation.ordering import StampOrder
@@ -45,6 +47,7 @@ from mecanum_base.core.records import (
 NANOSECONDS = 1_000_000_000
 FASTEST_TURN = 80.0  # rad/s: no gyro reads more (4000 deg/s is 70 rad/s)
 HARDEST_PUSH = 400.0  # m/s^2
+LONGEST_SILENCE = 5 * NANOSECONDS  # beyond it what was driven is unknown: 1 m, 1 rad of doubt
 # samples of equal stamps are taken in this order
 ORDER = {ResetSample: 0, PoseSample: 1, ImuSample: 2, CommandSample: 3, WheelSample: 4,
          TickSample: 5}
@@ -164,7 +167,19 @@ class Estimator:
             notes.append('wheel speeds stand in for positions: drift is larger than it need be')
         return tuple(notes)
 
+    def _resume(self, stamp_ns: int) -> None:
+        """After a silence of all streams too long to be bridged: last pose, with doubt added."""
+        if not self._filter.started or stamp_ns - self._filter.now_ns <= LONGEST_SILENCE:
+            return
+        memory = self._filter.memory
+        pose, covariance = memory.x[PX:YAW + 1].copy(), memory.P[PX:YAW + 1, PX:YAW + 1].copy()
+        self._filter.restart()
+        self._angles.restart()
+        self._filter.place(pose, covariance + np.eye(3))
+        self._restarts += 1
+
     def _process(self, sample: Sample, found: list[Estimate]) -> None:
+        self._resume(sample.stamp_ns)
         if isinstance(sample, ImuSample):
             self._imu(sample)
         elif isinstance(sample, (WheelSample, TickSample)):
