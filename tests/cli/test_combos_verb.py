@@ -42,6 +42,14 @@ def test_unequal_speeds_show_slip_per_wheel(capsys):
     assert 'parity      +2 rad/s' in out and 'contradict' in out and '+0.5' in out
 
 
+def test_speeds_stand_in_the_order_of_the_file(tmp_path, capsys):
+    path = tmp_path / 'one.json'
+    assert main(['combos', '--speeds', '1,2,3,4', '--json', str(path)]) == 0
+    record = json.loads(path.read_text(encoding='utf-8'))['combinations'][0]
+    assert record['front_left_wheel_joint.rate'] == 1 and record['rear_right_wheel_joint.rate'] == 4
+    assert record['parity'] == pytest.approx(1 + 2 - 3 - 4)
+
+
 def test_a_pair_turn_names_its_centre_and_the_motion_with_free_idle_wheels(capsys):
     assert main(['combos', '--speeds=1,-1,0,0', '--json', '/dev/null']) == 0
     out = capsys.readouterr().out

@@ -19,6 +19,7 @@ from mecanum_base.core.combinations.table import (
     Numbering,
     combine,
     count,
+    drive_of,
     number_wheels,
     survey,
 )
@@ -42,8 +43,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--robot', metavar='FILE', help='robot file with four wheels (default: '
                         'the shipped mecanum4.yaml)')
     parser.add_argument('--speeds', metavar='A,B,C,D', type=_speeds,
-                        help='rates [rad/s] of wheels 1,2,3,4, + = forward, instead of the table; '
-                        'write --speeds=-1,... where the first is negative')
+                        help='one combination instead of the table: wheel rates [rad/s] in the '
+                        'order of wheels.joint (write --speeds=-1,... for a negative first one)')
     parser.add_argument('--rate', metavar='RAD/S', type=float, default=1.0,
                         help='wheel rate of the table (default %(default)s)')
     parser.add_argument('--csv', metavar='FILE', type=pathlib.Path, help='write the table as CSV')
@@ -72,9 +73,9 @@ def run(options: argparse.Namespace) -> int:
     numbering = number_wheels(wheels)
     print('\n'.join(_header(wheels, numbering)))
     if options.speeds is not None:
-        found: tuple[Combination, ...] = (combine(wheels, options.speeds),)
+        found: tuple[Combination, ...] = (combine(wheels, drive_of(numbering, options.speeds)),)
         counts = None
-        print('\n'.join(_one(wheels, found[0], numbering)))
+        print('\n'.join(_one(wheels, found[0])))
     else:
         found = survey(wheels, options.rate)
         counts = count(found)
@@ -132,17 +133,16 @@ def _summary(counts: Counts) -> list[str]:
         CAVEAT]
 
 
-def _one(wheels: Wheels, item: Combination, numbering: Numbering) -> list[str]:
+def _one(wheels: Wheels, item: Combination) -> list[str]:
     verdict = item.verdict
     turn = turn_of_rates(wheels, verdict.rates)
     centre = ('none, it translates' if turn.centre is None else
               f'({_clean(turn.centre[0]):.4g}, {_clean(turn.centre[1]):.4g}) m, '
               f'{turn.radius:.4g} m from the middle')
     rows = [['wheel', 'rate [rad/s]', 'slip [rad/s]']]
-    for i, k in enumerate(numbering.order):
-        rows.append([f'{i + 1} {wheels.joint[k]}', f'{verdict.rates[k]:+.4g}',
-                     f'{_clean(turn.residual[k]):+.4g}'])
-    lines = ['', *align(rows), '',
+    for k, name in enumerate(wheels.joint):
+        rows.append([name, f'{verdict.rates[k]:+.4g}', f'{_clean(turn.residual[k]):+.4g}'])
+    lines = ['', *align(rows), '', f'  pattern     {item.pattern} (wheels 1 to 4)',
              f'  parity      {verdict.parity:+.4g} rad/s: '
              + ('no slip' if verdict.no_slip else 'the rates contradict each other: slip'),
              f'  twist       {_twist(verdict.twist)} (least squares, idle wheels held)',

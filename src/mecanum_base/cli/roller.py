@@ -167,7 +167,7 @@ def _write_stl(path: pathlib.Path, shape: RollerShape, count: int, sizing: Sizin
     for target, (vertices, faces) in meshes:
         mesh = trimesh.Trimesh(1e3 * vertices, faces, process=False)
         try:
-            target.write_bytes(mesh.export(file_type='stl'))
+            mesh.export(str(target), file_type='stl')
         except OSError as error:
             raise ConfigError(str(target), None, f'cannot be written: {error.strerror}') from None
     return path, whole

@@ -124,6 +124,14 @@ def test_the_file_may_list_its_wheels_in_any_order_and_turn_its_axles_round():
         assert one.verdict.free_idle == two.verdict.free_idle
 
 
+def test_drive_rates_and_file_rates_are_inverse_to_each_other():
+    turned = Wheels(BASE.joint, BASE.x, BASE.y, -BASE.axle, BASE.roller, BASE.radius)
+    numbering, drive = table.number_wheels(turned), np.array([1.0, 2.0, -3.0, 4.0])
+    rates = table.rates_of(numbering, drive)
+    np.testing.assert_array_equal(rates, [-2.0, -1.0, 3.0, -4.0])
+    np.testing.assert_array_equal(table.drive_of(numbering, rates), drive)
+
+
 def test_wheels_that_do_not_stand_in_the_quadrants_keep_the_order_of_the_file():
     cross = layouts.swedish_ring(0.2, 0.05, np.radians([0.0, 90.0, 180.0, 270.0]))
     numbering = table.number_wheels(cross)

@@ -86,3 +86,23 @@ def test_wheels_at_unrelated_phases_force_each_other_to_slip():
     rates = np.array([-1.0, 1.0, 1.0, -1.0])
     left = rates - matrix @ odometry.exact_twist(BASE, phases, rates)
     assert 0.005 < np.max(np.abs(left)) < 0.06  # up to 4-5 % of the wheel rate (models.md 2.1)
+
+
+def test_the_odometer_needs_the_angle_of_the_index_pulse_and_nothing_else():
+    base, index = three(), np.array([0.4, -1.0, 2.0])
+    first, turns = np.array([0.1, 0.2, 0.3]), np.array([2.0, -1.5, 1.3])
+    odometer = odometry.ExactOdometer(base, index)
+    np.testing.assert_array_equal(odometer.update(index + first), 0.0)  # the first sample arms
+    for share in (0.3, 0.5, 1.0):
+        pose = odometer.update(index + first + share * turns)
+    np.testing.assert_allclose(pose, odometry.integrate(base, first, turns), atol=1e-8)
+    shifted = odometry.ExactOdometer(base, index + 0.3, np.array([1.0, 0.0, 0.0]))
+    shifted.update(index + first)
+    assert np.max(np.abs(shifted.update(index + first + turns) - [1, 0, 0] - pose)) > 1e-4
+
+
+def test_whole_pitches_of_index_error_do_not_matter():
+    base, first, turns = three(), np.array([0.1, 0.2, 0.3]), np.array([2.0, -1.5, 1.3])
+    pitch = 2 * math.pi / base.roller_count
+    np.testing.assert_allclose(odometry.integrate(base, first + 3 * pitch, turns),
+                               odometry.integrate(base, first, turns), atol=1e-12)

@@ -82,6 +82,12 @@ def rates_of(numbering: Numbering, drive: FloatArray) -> FloatArray:
     return rates
 
 
+def drive_of(numbering: Numbering, rates: FloatArray) -> FloatArray:
+    """Drive rates (4,) of wheels 1..4, + = forward, from wheel rates (4,) in file order."""
+    drive: FloatArray = numbering.forward * rates[list(numbering.order)]
+    return drive
+
+
 def pattern_of(drive: FloatArray) -> str:
     """Signs of drive rates (4,), for instance '+0-0'."""
     return ''.join('+' if value > 0.0 else '-' if value < 0.0 else '0' for value in drive)

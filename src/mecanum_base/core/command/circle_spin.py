@@ -97,8 +97,8 @@ def run(base: Wheels | Carriers, field: GoalField, path: CircleSpin, *, duration
         poses.append(pose)
         references.append(path.pose(time + step))
         turned.append(rates)
-    return Run(step * np.arange(count + 1, dtype=np.float64), np.array(poses), np.array(references),
-               np.array(turned), settled)
+    time_grid = step * np.arange(count + 1, dtype=np.float64)
+    return Run(time_grid, np.array(poses), np.array(references), np.array(turned), settled)
 
 
 def advance(base: Wheels | Carriers, pose: FloatArray, hinges: FloatArray, twist: FloatArray,

@@ -58,6 +58,29 @@ def integrate(wheels: Wheels, angles: FloatArray, turns: FloatArray,
     return here
 
 
+class ExactOdometer:
+    """Pose from absolute wheel angles, the roller phases known from an index pulse.
+
+    ``index`` (W,) rad: the encoder angle of each wheel at its index pulse, at which a roller is
+    central under the axle. Raises ConfigError where a pin radius is needed and unknown.
+    """
+
+    def __init__(self, wheels: Wheels, index: FloatArray, pose: FloatArray | None = None) -> None:
+        require_pin_radius(wheels)
+        self._wheels = wheels
+        self._index = np.array(index, dtype=np.float64)
+        self._position: FloatArray | None = None
+        self.pose = np.zeros(3) if pose is None else np.array(pose, dtype=np.float64)
+
+    def update(self, position: FloatArray) -> FloatArray:
+        """Pose (3,) at the encoder angles ``position`` (W,) rad, unwrapped; the first one arms."""
+        if self._position is not None:
+            self.pose = integrate(self._wheels, self._position - self._index,
+                                  position - self._position, self.pose)
+        self._position = np.array(position, dtype=np.float64)
+        return self.pose
+
+
 def _magnus(wheels: Wheels, angles: FloatArray, turns: FloatArray, start: float,
             step: float) -> FloatArray:
     """Body increment (3,) over [start, start + step] of the path, fourth order."""
