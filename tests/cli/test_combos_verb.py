@@ -46,7 +46,8 @@ def test_speeds_stand_in_the_order_of_the_file(tmp_path, capsys):
     path = tmp_path / 'one.json'
     assert main(['combos', '--speeds', '1,2,3,4', '--json', str(path)]) == 0
     record = json.loads(path.read_text(encoding='utf-8'))['combinations'][0]
-    assert record['front_left_wheel_joint.rate'] == 1 and record['rear_right_wheel_joint.rate'] == 4
+    assert record['front_left_wheel_joint.rate'] == 1
+    assert record['rear_right_wheel_joint.rate'] == 4
     assert record['parity'] == pytest.approx(1 + 2 - 3 - 4)
 
 

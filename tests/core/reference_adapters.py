@@ -557,12 +557,15 @@ def potential_closed_loop(i):
     def slope(_, pose):
         twist = field.twist(pose, goal, reference)
         return np.concatenate([se2.rotation(pose[2]) @ twist[:2], twist[2:]])
-    # the slow-down radius is a kink: integrate up to it, then on, so that RK4 keeps its order
+    # both radii are kinks: integrate from one to the next, so that RK4 keeps its order
     kink = max(0.0, (i['start_distance'] - i['K_r']) / i['v_max'])
-    first = min(kink, i['t'])
-    pose = integrate(slope, start, first, 400) if first > 0.0 else start
-    if i['t'] > first:
-        pose = integrate(slope, pose, i['t'] - first, 400)
+    near = min(i['start_distance'], i['K_r'])
+    stop = kink + (math.log(near / i['K_stop']) * i['K_r'] / i['v_max'] if i['K_stop'] else 1e9)
+    pose, past = start, 0.0
+    for end, steps in ((kink, 400), (stop, 1000), (i['t'], 400)):
+        end = min(end, i['t'])
+        pose = integrate(slope, pose, end - past, steps) if end > past else pose
+        past = max(past, end)
     return {'distance': np.hypot(*pose[:2]), 'heading_error': reference - pose[2]}
 
 
