@@ -1,0 +1,98 @@
+"""Calibration over one or several recordings: evidence, windows, fit, measured distance."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from mecanum_base.bag.analysis.agreement import yaw_agreement
+from mecanum_base.bag.analysis.calibration import Calibration, Value, calibrate, judged, refused
+from mecanum_base.bag.analysis.calibration_windows import Windows, together, windows_of
+from mecanum_base.bag.analysis.evidence import Evidence, evidence_of
+from mecanum_base.bag.analysis.motion import Gyro, dead_reckoned
+from mecanum_base.core.errors import BagError
+from mecanum_base.core.kinematics.matrix import wheels_from_body
+from mecanum_base.core.kinematics.wheels import Wheels
+from mecanum_base.robot import Robot
+
+Update = Callable[[float, str], None]
+
+
+def calibrate_bags(paths: list[str], robot: Robot, options: Any, update: Update) -> Calibration:
+    """Fit the recordings together; BagError where none is long enough."""
+    assert isinstance(robot.base, Wheels)
+    matrix = wheels_from_body(robot.base)
+    parts: list[Windows] = []
+    evidences: list[Evidence] = []
+    offsets: list[Value] = []
+    for number, path in enumerate(paths):
+        found = evidence_of(path, robot, options.encoder_topic, options.imu_topic,
+                            not options.no_imu, options.truth_topic,
+                            functools.partial(_step, update, number, len(paths)))
+        evidences.append(found)
+        late = _offset(found, offsets)
+        windows = windows_of(found.motion, found.truth, found.gyro,
+                             robot.imu.base_from_sensor()[2], late)
+        if windows is not None:
+            parts.append(windows)
+    if not parts:
+        raise BagError(f'{", ".join(paths)}: too short to calibrate: at least 8 s with wheels and '
+                       'reference at the same time are needed')
+    result = calibrate(together(parts), matrix)
+    result.constants += offsets
+    if options.distance is not None:
+        _measured(result, evidences, matrix, options)
+    for number, evidence in enumerate(evidences):
+        verdict = evidence.examined() if evidence.gyro is not None or evidence.truth else None
+        wrong = [d for d in verdict.diagnoses if d.certainty > 0.9] if verdict else []
+        result.notes += [f'{paths[number]}: {d.text}: correct this first (`mecanum doctor`)'
+                         for d in wrong if d.fault not in ('time_offset', 'imu_tilt')]
+    return result
+
+
+def _step(update: Update, number: int, total: int, share: float) -> None:
+    update((number + share) / total, f'{number + 1} of {total}')
+
+
+def _offset(found: Evidence, offsets: list[Value]) -> float:
+    """Time offset of the gyro, found without geometry; adds it to the constants."""
+    if found.gyro is None:
+        return 0.0
+    up = found.robot.imu.base_from_sensor()[2]
+    turned = Gyro(found.gyro.stamp_ns, np.column_stack([found.gyro.rate @ up] * 3),
+                  found.gyro.accel)
+    agreed = yaw_agreement(found.motion, turned)
+    if agreed is None or agreed.fit < 0.8 or not math.isfinite(agreed.offset_sigma):
+        offsets.append(refused('gyro time offset [s]', 'too little turning, or wheels and gyro '
+                               'disagree'))
+        return 0.0
+    half = 1.645 * agreed.offset_sigma
+    offsets.append(Value('gyro time offset [s]', agreed.offset, agreed.offset - half,
+                         agreed.offset + half, 'observable'))
+    return agreed.offset
+
+
+def _measured(result: Calibration, evidences: list[Evidence], matrix: Any,
+              options: Any) -> None:
+    """Put the scale from a distance measured by hand in place of the axis it was driven along."""
+    axis = 0 if options.along == 'forward' else 1
+    ratios = []
+    for evidence in evidences:
+        pose = dead_reckoned(evidence.motion, matrix)
+        step = pose[-1, :2] - pose[0, :2]
+        length = float(np.hypot(*step))
+        if length < 0.3 or abs(step[axis]) < 0.95 * length or abs(pose[-1, 2]) > 0.2:
+            result.notes.append(
+                f'a measured distance needs a straight drive {options.along}; the wheels say '
+                f'x {step[0]:.2f} m, y {step[1]:.2f} m, yaw {math.degrees(pose[-1, 2]):.0f} deg')
+            return
+        ratios.append(options.distance / length)
+    value = float(np.mean(ratios))
+    spread = float(np.std(ratios)) / math.sqrt(len(ratios)) if len(ratios) > 1 else 0.0
+    half = 1.645 * math.hypot(options.distance_sigma / options.distance * value, spread, 0.003)
+    result.source = f'measured distance and {result.source}'
+    result.axes[options.along] = judged(options.along, value, half)

@@ -1,0 +1,106 @@
+"""A robot file with calibrated constants: only the numbers change, comments and order stay.
+
+    rho = s_x:       radius * rho
+    kappa = s_y/s_x: tan(roller) * kappa            (a + d stays the drive direction of the file)
+    lambda = s_x/s_w: x, y scaled so that the yaw column of H becomes lambda times the old one
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import yaml
+
+from mecanum_base.bag.analysis.calibration import Calibration
+from mecanum_base.core.errors import ConfigError
+from mecanum_base.core.kinematics.matrix import wheels_from_body
+from mecanum_base.core.kinematics.wheels import Wheels
+from mecanum_base.core.parameter import FloatArray
+
+_ROUNDS = 50
+
+
+def calibrated_wheels(wheels: Wheels, found: Calibration, per_wheel: bool = False) -> Wheels:
+    """The wheel table whose odometry is s * (B dphi) for the fitted scales s."""
+    forward, sideways, turning = (found.scale(n) for n in ('forward', 'sideways', 'turning'))
+    if not found.axes['forward'].given:
+        forward = 1.0
+    kappa = sideways / forward if found.axes['sideways'].given else 1.0
+    radius = wheels.radius * forward
+    if per_wheel and found.wheels and all(v.value is not None for v in found.wheels):
+        radius = radius * np.array([v.value for v in found.wheels], dtype=float)
+    roller = np.arctan2(np.sin(wheels.roller) * kappa, np.cos(wheels.roller))
+    changed = dataclasses.replace(wheels, radius=radius, roller=roller)
+    if not found.axes['turning'].given:
+        return changed
+    target = wheels_from_body(wheels)[:, 2] / turning
+    lever = 1.0
+    for _ in range(_ROUNDS):  # the yaw column is linear in x and y: one step is enough, two sure
+        trial = dataclasses.replace(changed, x=wheels.x * lever, y=wheels.y * lever)
+        column = wheels_from_body(trial)[:, 2]
+        step = float(target @ column) / float(column @ column)
+        lever *= step
+        if abs(step - 1.0) < 1e-12:
+            break
+    return dataclasses.replace(changed, x=wheels.x * lever, y=wheels.y * lever)
+
+
+def roller_text(found: Calibration, wheels: Wheels) -> str:
+    """What the fitted lateral factor says about the number of rollers (contact correction)."""
+    if not (found.axes['sideways'].given and found.axes['forward'].given):
+        return ''
+    kappa = found.scale('sideways') / found.scale('forward')
+    known = sorted({int(k) for k in wheels.roller_count if k})
+    if known:
+        return (f'lateral factor {kappa:.4f} on top of the contact correction for '
+                f'{known[0]} rollers, which is {_mean_contact(known[0]):.4f}')
+    best = min(range(4, 25), key=lambda k: abs(_mean_contact(k) - kappa))
+    if kappa > 1.0 or abs(_mean_contact(best) - kappa) > 0.01:
+        return f'lateral factor {kappa:.4f}: no number of rollers explains it alone'
+    return (f'lateral factor {kappa:.4f}: the mean contact correction of {best} rollers is '
+            f'{_mean_contact(best):.4f}; if the wheels have that many, set roller_count instead')
+
+
+def _mean_contact(count: int) -> float:
+    return math.sin(math.pi / count) / (math.pi / count)
+
+
+def rewritten(text: str, name: str, changed: Wheels, comment: str) -> str:
+    """The robot file ``text`` with the columns of ``changed`` put in place of its own."""
+    root = yaml.compose(text, Loader=yaml.SafeLoader)
+    block = _below(root, ('ros__parameters', 'wheels'))
+    if block is None:
+        raise ConfigError(name, None, 'has no block wheels')
+    edits: list[tuple[int, int, str]] = []
+    for key, node in block.value:
+        if key.value in ('radius', 'roller', 'x', 'y'):
+            values = getattr(changed, key.value)
+            colon = text.index(':', key.end_mark.index)
+            edits.append((colon + 1, node.end_mark.index, ' ' + listed(values)))
+    for start, end, new in sorted(edits, reverse=True):
+        tail = text[start:end]
+        text = text[:start] + new + tail[len(tail.rstrip()):] + text[end:]
+    return ''.join(f'# {line}\n' for line in comment.splitlines()) + text
+
+
+def _below(root: Any, path: tuple[str, ...]) -> Any:
+    """The mapping node at ``path`` below the top key (``/**``)."""
+    if not isinstance(root, yaml.MappingNode):
+        return None
+    for key, value in root.value:
+        if key.value in ('/**', '**'):
+            node = value
+            for name in path:
+                node = next((v for k, v in node.value if k.value == name), None) \
+                    if isinstance(node, yaml.MappingNode) else None
+            return node
+    return None
+
+
+def listed(values: FloatArray) -> str:
+    """A YAML list of floats (never whole numbers, which rcl would take for integers)."""
+    return '[' + ', '.join(f'{float(v):.9f}'.rstrip('0') + ('0' if f'{float(v):.9f}'.rstrip(
+        '0').endswith('.') else '') for v in values) + ']'

@@ -1,0 +1,259 @@
+"""Constants of a base from recordings: scales, lever, lateral factor, gyro scale, wheel radii.
+
+With the forward matrix B of the robot file and wheel angles dphi of a window (models.md 2.1)
+
+    reference = (s_x, s_y, s_w) * (B dphi) + frame of the reference        (one s an axis)
+
+    s_x = rho          common radius          s_y / s_x = kappa   lateral factor, tan(delta)
+    s_x / s_w = lambda  lever arm             gyro = g * yaw of the reference
+
+The reference frame (mounting of the markers) has an unknown small angle and offset, which are
+fitted along. A value is given only where the motion excited it, else the manoeuvre is named.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mecanum_base.bag.analysis.calibration_windows import Windows
+from mecanum_base.bag.analysis.robust_fit import Fit, robust_fit, student
+from mecanum_base.core.kinematics.solve import body_from_wheels, parity_basis
+from mecanum_base.core.parameter import FloatArray
+
+LEVEL = 0.9
+WIDEST = 0.03  # half width of a scale that is still worth giving
+_SHARE = 0.15  # of the way must be along an axis
+_WAY = {'forward': 1.5, 'sideways': 1.5, 'turning': 6.0}  # m, m, rad
+_CLUSTERS = 4
+_CONTRADICT = 4.0  # times the usual contradiction of the wheels
+_UNMODELLED = 0.001  # standard deviation of what the model leaves out of a scale
+_GYRO_SCALE = 0.005  # standard deviation of the scale of an uncalibrated gyro
+_FRAME = (math.radians(5.0), 0.2)  # rad, m: how far the markers may be off
+_UNEQUAL = 0.1  # rad/m: how far unequal radii may turn a base that drives straight
+MANOEUVRE = {'forward': 'drive 3 m forward and back, twice',
+             'sideways': 'drive 3 m sideways and back, twice',
+             'turning': 'turn two times around in each direction on the spot'}
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """One constant: ``low`` to ``high`` covers it with 90 %; ``verdict``: why (not) given."""
+
+    name: str
+    value: float | None
+    low: float | None
+    high: float | None
+    verdict: str
+
+    @property
+    def given(self) -> bool:
+        """Whether there is a value."""
+        return self.value is not None
+
+
+@dataclass(slots=True)
+class Calibration:
+    """Scales by axis, constants, and how well they do on time that was not used for the fit."""
+
+    source: str
+    axes: dict[str, Value] = field(default_factory=dict)
+    constants: list[Value] = field(default_factory=list)
+    wheels: list[Value] = field(default_factory=list)
+    held_out: dict[str, float] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    def plain(self) -> dict[str, Any]:
+        """As JSON values."""
+        return asdict(self)
+
+    def scale(self, axis: str) -> float:
+        """Scale of an axis; 1 where none is given."""
+        value = self.axes.get(axis)
+        return 1.0 if value is None or value.value is None else value.value
+
+
+def refused(name: str, why: str) -> Value:
+    """A constant that is not given."""
+    return Value(name, None, None, None, why)
+
+
+def calibrate(windows: Windows, matrix: FloatArray) -> Calibration:
+    """Fit what the windows can tell; ``matrix`` H (W, 3) of the robot file."""
+    forward = body_from_wheels(matrix)
+    windows = windows.where(agreeing(windows, matrix))
+    wheels = windows.wheel @ forward.T
+    with_truth = bool(np.isfinite(windows.moved).all(axis=1).any())
+    found = Calibration('true pose' if with_truth else 'gyro')
+    if with_truth:
+        good = np.isfinite(windows.moved).all(axis=1)
+        part = windows.where(good)
+        fits = axis_fits(part, wheels[good])
+        for axis, name in enumerate(('forward', 'sideways', 'turning')):
+            found.axes[name] = _axis_value(name, axis, fits[axis], wheels[good])
+        found.held_out = held_out(part, wheels[good])
+        found.wheels = wheel_values(part, forward, found)
+        found.constants += _gyro_scale(part)
+    else:
+        found.axes['forward'] = refused('forward', 'no reference for distances: record a true '
+                                        'pose, or give --distance')
+        found.axes['sideways'] = refused('sideways', 'no reference for distances: record a true '
+                                         'pose, or give --distance')
+        found.axes['turning'] = _from_gyro(windows, wheels)
+    return found
+
+
+def agreeing(windows: Windows, matrix: FloatArray) -> Any:
+    """Flag (K,): the wheels do not contradict each other more than usual (one of them slips).
+
+    All windows with three wheels, which cannot contradict each other.
+    """
+    rest = windows.wheel @ parity_basis(matrix).T
+    if not rest.shape[1]:
+        return np.ones(len(windows), dtype=bool)
+    size = np.linalg.norm(rest, axis=1)
+    turned = np.linalg.norm(windows.wheel, axis=1)
+    live = turned > 0.3 * float(np.percentile(turned, 95))
+    if live.sum() < 10:
+        return np.ones(len(windows), dtype=bool)
+    usual = float(np.median(size[live] / turned[live]))
+    return size < _CONTRADICT * usual * np.maximum(turned, float(np.median(turned[live])))
+
+
+def axis_fits(windows: Windows, wheels: FloatArray) -> list[Fit | None]:
+    """Robust fit of each axis: scale first, then angle and offset of the reference frame (for
+    turning: the turn that unequal radii make of straight driving)."""
+    x, y, w = wheels.T
+    designs = [np.column_stack([x, -y, -w]), np.column_stack([y, x, w]),
+               np.column_stack([w, x, y])]
+    result: list[Fit | None] = []
+    for axis, design in enumerate(designs):
+        prior = np.zeros(design.shape[1])
+        prior[0] = 1.0
+        spread = np.full(design.shape[1], np.inf)
+        spread[1:] = _FRAME if axis < 2 else _UNEQUAL
+        result.append(robust_fit(design, windows.moved[:, axis], windows.cluster, prior, spread))
+    return result
+
+
+def excited(name: str, axis: int, wheels: FloatArray) -> str:
+    """Empty if the motion along an axis is enough, else what is missing."""
+    way = np.abs(wheels).sum(axis=0)
+    total = float(way[0] + way[1])
+    own = float(way[axis])
+    unit = 'rad' if name == 'turning' else 'm'
+    if own < _WAY[name]:
+        return f'only {own:.2f} {unit} {name}: {MANOEUVRE[name]}'
+    if axis < 2 and own < _SHARE * total:
+        return (f'only {own:.2f} of {total:.2f} m are {name}, the rest would drown it: '
+                f'{MANOEUVRE[name]}')
+    return ''
+
+
+def _axis_value(name: str, axis: int, fit: Fit | None, wheels: FloatArray) -> Value:
+    missing = excited(name, axis, wheels)
+    if missing:
+        return refused(name, missing)
+    if fit is None or fit.clusters[0] < _CLUSTERS:
+        return refused(name, f'the motion is too short or all in one go: {MANOEUVRE[name]}')
+    return judged(name, float(fit.value[0]), fit.half_width(0, LEVEL))
+
+
+def judged(name: str, value: float, half: float, unmodelled: float = _UNMODELLED) -> Value:
+    """The value with its interval, or why it is not given."""
+    half = math.hypot(half, 1.645 * unmodelled)
+    if half > WIDEST:
+        return refused(name, f'too uncertain: {value:.3f} +- {half:.3f} ({100 * LEVEL:.0f} %); '
+                       f'slip, noise or too little motion: {MANOEUVRE.get(name, "drive longer")}')
+    if not 0.5 < value < 2.0:
+        return refused(name, f'{value:.3f} is no calibration but a wrong constant: ask '
+                       f'`mecanum doctor`')
+    return Value(name, value, value - half, value + half, 'observable')
+
+
+def _from_gyro(windows: Windows, wheels: FloatArray) -> Value:
+    good = np.isfinite(windows.gyro)
+    missing = excited('turning', 2, wheels[good]) if good.any() else 'there is no gyro'
+    if missing:
+        return refused('turning', missing)
+    design = np.column_stack([wheels[good][:, [2, 0, 1]], np.ones(int(good.sum()))])
+    fit = robust_fit(design, windows.gyro[good], windows.cluster[good],
+                     np.array([1.0, 0.0, 0.0, 0.0]), np.array([np.inf, _UNEQUAL, _UNEQUAL, 0.01]))
+    if fit is None or fit.clusters[0] < _CLUSTERS:
+        return refused('turning', f'the motion is too short: {MANOEUVRE["turning"]}')
+    half = math.hypot(fit.half_width(0, LEVEL), 1.645 * _GYRO_SCALE)
+    return judged('turning', float(fit.value[0]), half)
+
+
+def _gyro_scale(windows: Windows) -> list[Value]:
+    good = np.isfinite(windows.gyro)
+    if not good.any():
+        return []
+    turned = windows.moved[good, 2]
+    if np.abs(turned).sum() < _WAY['turning']:
+        return [refused('gyro scale', f'only {np.abs(turned).sum():.1f} rad turned: '
+                        f'{MANOEUVRE["turning"]}')]
+    design = np.column_stack([windows.gyro[good], np.ones(len(turned))])  # the quieter of both
+    fit = robust_fit(design, turned, windows.cluster[good], np.array([1.0, 0.0]),
+                     np.array([np.inf, 0.01]))
+    if fit is None or fit.clusters[0] < _CLUSTERS:
+        return [refused('gyro scale', 'the motion is too short')]
+    value = 1.0 / float(fit.value[0])
+    return [judged('gyro scale', value, fit.half_width(0, LEVEL) * value**2,
+                   unmodelled=0.0)]
+
+
+def wheel_values(windows: Windows, forward: FloatArray, found: Calibration) -> list[Value]:
+    """Radius of each wheel relative to the mean of all, after the scales of the axes.
+
+    reference - s B dphi = s B diag(dphi) e,  sum e = 0; and the parity of the wheels themselves.
+    """
+    if not all(found.axes[name].given for name in ('forward', 'sideways', 'turning')):
+        return []
+    count = forward.shape[1]
+    scale = np.array([found.scale(n) for n in ('forward', 'sideways', 'turning')])
+    contrast = np.linalg.svd(np.ones((1, count)))[2][1:].T  # (W, W - 1), columns sum to 0
+    rows, rest, group = [], [], []
+    plain = windows.moved - windows.wheel @ forward.T * scale
+    for axis in range(3):
+        design = (windows.wheel * (scale[axis] * forward[axis])) @ contrast
+        size = max(1.4826 * float(np.median(np.abs(plain[:, axis]))), 1e-9)
+        rows.append(design / size)
+        rest.append(plain[:, axis] / size)
+        group.append(windows.cluster)
+    fit = robust_fit(np.concatenate(rows), np.concatenate(rest), np.concatenate(group))
+    if fit is None:
+        return []
+    value = contrast @ fit.value
+    spread = np.sqrt(np.diag(contrast @ fit.covariance @ contrast.T)) * student(
+        LEVEL, int(fit.clusters.min()) - 1)
+    spread = np.hypot(spread, 1.645 * _UNMODELLED)
+    return [Value(f'wheel {i}', float(1.0 + value[i]), float(1.0 + value[i] - spread[i]),
+                  float(1.0 + value[i] + spread[i]), 'observable') if spread[i] < WIDEST
+            else refused(f'wheel {i}', f'too uncertain: {1 + value[i]:.3f} +- {spread[i]:.3f}')
+            for i in range(count)]
+
+
+def held_out(windows: Windows, wheels: FloatArray, folds: int = 4) -> dict[str, float]:
+    """Error of the windows before and after, each fold fitted on the time of the others."""
+    groups = np.unique(windows.cluster)
+    if len(groups) < 2 * folds:
+        return {}
+    before, after = [], []
+    for part in np.array_split(groups, folds):
+        test = np.isin(windows.cluster, part)
+        fits = axis_fits(windows.where(~test), wheels[~test])
+        for axis in range(3):
+            real, plain = windows.moved[test, axis], wheels[test, axis]
+            fit = fits[axis]
+            usable = fit is not None and not excited(
+                ('forward', 'sideways', 'turning')[axis], axis, wheels[~test])
+            scale = float(fit.value[0]) if usable and fit is not None else 1.0
+            arm = 1.0 if axis < 2 else 0.2  # rad to m at the edge of a small base
+            before.append(arm * (real - plain).sum())
+            after.append(arm * (real - scale * plain).sum())
+    return {'before': float(np.sqrt(np.mean(np.square(before)))),
+            'after': float(np.sqrt(np.mean(np.square(after)))), 'folds': float(folds)}
