@@ -17,8 +17,9 @@ machine as on a fast one::
 Order within a step: the hooks of :meth:`before_step`, then the clocks move, then timers and
 messages are worked off until nothing is left. Between two topics ROS 2 delivers in the order in
 which subscriptions were made, not in the order of publishing; :meth:`publish` therefore delivers
-one message to everybody before it returns. A step must not be longer than the shortest timer
-period: a timer that was missed twice is called once.
+one message to everybody before it returns. All nodes share one participant, which can use one
+type per topic: make a publisher of TwistStamped before a node subscribes Twist. A step must not
+be longer than the shortest timer period: a timer that was missed twice is called once.
 
 Only rclpy, numpy and PyYAML are needed. Nodes of your own need nothing but a constructor that
 passes its keyword arguments on to rclpy's Node.
