@@ -85,8 +85,8 @@ def imu_sample(msg: Any) -> ImuSample:
 
 def command_sample(msg: Any, joints: tuple[str, ...]) -> CommandSample | None:
     """Commanded wheel rates of a sensor_msgs/JointState (wheel_commands)."""
-    sample = wheel_sample(msg, joints)
-    return None if sample is None else CommandSample(sample.stamp_ns, sample.velocity)
+    found = wheel_sample(msg, joints)
+    return None if found is None else CommandSample(found.stamp_ns, found.velocity)
 
 
 def rates_of_array(msg: Any, order: tuple[str, ...], joints: tuple[str, ...]) -> FloatArray:
@@ -125,6 +125,8 @@ def quaternion_of_yaw(yaw: float) -> tuple[float, float, float, float]:
     return 0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)
 
 
+_USED = np.array([6 * i + j for i in (0, 1, 5) for j in (0, 1, 5)])  # of 36
+_UNUSED = np.array([14, 21, 28])
 UNUSED_VARIANCE = 1e6  # axes a planar base does not know: finite, so that filters stay finite
 TRUTH_VARIANCE = 1e-9  # of ground truth; not 0, which other filters refuse
 
@@ -138,10 +140,9 @@ def write_stamp(stamp: int, time: Any) -> Any:
 
 def planar_covariance(covariance: FloatArray) -> FloatArray:
     """Covariance (36,) of (x, y, z, roll, pitch, yaw) from one (3, 3) of (x, y, yaw)."""
-    grid = np.diag([0.0, 0.0, UNUSED_VARIANCE, UNUSED_VARIANCE, UNUSED_VARIANCE, 0.0])
-    axes = [0, 1, 5]
-    grid[np.ix_(axes, axes)] = covariance
-    return grid.ravel()
+    whole = np.zeros(36)
+    whole[_USED], whole[_UNUSED] = covariance.ravel(), UNUSED_VARIANCE
+    return whole
 
 
 def write_odometry(estimate: Estimate, msg: Any, odom_frame: str, base_frame: str) -> Any:

@@ -32,7 +32,7 @@ from mecanum_base.sim.simulation import Simulation
 ROBOT = pathlib.Path(__file__).parents[2] / 'config' / 'mecanum4.yaml'
 START = 1_700_000_000_000_000_000
 ORDERS = 50
-SECONDS = 1.2
+SECONDS = 0.8
 WHEEL_STEP = 10_000_000  # ns between commands
 
 
@@ -120,8 +120,8 @@ def shuffled(found, wait_ns, seed):
 def test_fifty_orders_of_arrival_give_the_same_bytes(tmp_path):
     robot = robot_file.load_robot(ROBOT)
     found = [(at, msg) for at, msg in simulated(robot) if not isinstance(msg, Int64MultiArray)]
-    found.insert(len(found) // 2, (0, pose_message(START + 603_000_000, 5.0)))
-    found.insert(3 * len(found) // 4, (0, reset_message(START + 900_000_000)))
+    found.insert(len(found) // 2, (0, pose_message(START + 403_000_000, 5.0)))
+    found.insert(3 * len(found) // 4, (0, reset_message(START + 600_000_000)))
     wait_ns = round(robot.estimator.reorder_wait * 1e9)
     tracks = set()
     orders = set()
@@ -164,8 +164,8 @@ def replayed(robot, bag, out):
 def test_a_replayed_bag_gives_the_bytes_of_the_intake(tmp_path):
     robot = robot_file.load_robot(ROBOT)
     found = [(at, msg) for at, msg in simulated(robot) if not isinstance(msg, Int64MultiArray)]
-    found.insert(len(found) // 2, (0, pose_message(START + 603_000_000, 5.0)))
-    found.insert(3 * len(found) // 4, (0, reset_message(START + 900_000_000)))
+    found.insert(len(found) // 2, (0, pose_message(START + 403_000_000, 5.0)))
+    found.insert(3 * len(found) // 4, (0, reset_message(START + 600_000_000)))
     arrivals = shuffled(found, round(robot.estimator.reorder_wait * 1e9), 7)
     live = track_of(robot, arrivals, tmp_path / 'live')
     assert replayed(robot, record(tmp_path / 'bag', arrivals), tmp_path / 'out') == live
