@@ -10,6 +10,7 @@ from mecanum_base.core.kinematics.wheels import Wheels
 from mecanum_base.sim import layout as at
 from mecanum_base.sim.body import make_body
 from mecanum_base.sim.config import SimConfig
+from mecanum_base.sim.engine import choose
 from mecanum_base.sim.floor import Floor
 from mecanum_base.sim.plant import Plant
 
@@ -35,7 +36,9 @@ def ring(count: int, arm: float = 0.2, radius: float = 0.05) -> Wheels:
                   radius=[radius] * count, max_speed=[20.0] * count)
 
 
-def make_plant(base=None, floor=None, *, step=1e-3, engine='plain', **settings):
+def make_plant(base=None, floor=None, *, step=1e-3, **settings):
+    """A plant on the quicker engine; test_engines_agree shows that both give the same."""
+    engine = choose('auto', prefer_numba=True)
     config = dataclasses.replace(SimConfig(), **{**PERFECT, **settings})
     body = make_body(base or four_wheels(), config, np.zeros(3))
     return Plant(body, floor or Floor(), step=step, engine=engine, seed=config.seed)

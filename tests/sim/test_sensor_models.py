@@ -42,12 +42,13 @@ def of(kind, readings):
 def test_counts_wrap_at_the_width_and_carry_fractions(bits):
     config = EncoderConfig(counts_per_revolution=1000.5, counter_bits=bits, sign=[1, -1])
     encoders = Encoders(config, 2, seed=3)
-    start = encoders.ticks()
-    angle = 0.0
-    for _ in range(2000):
-        angle += 0.173
-        encoders.update([angle, angle], [1.0, 1.0])
-    ticks = encoders.ticks()
+    first, _ = encoders.count(np.zeros((1, 2)), np.ones(2))
+    start = encoders.ticks(first)[0]
+    angles = 0.173 * np.arange(1, 2001)
+    for part in np.split(angles, [3, 4, 1000]):  # blocks of any length
+        counts, _ = encoders.count(np.column_stack([part, part]), np.ones(2))
+    angle = angles[-1]
+    ticks = encoders.ticks(counts)[-1]
     half = 1 << (bits - 1)
     assert np.all(ticks >= -half) and np.all(ticks < half)
     moved = [(int(t) - int(s) + half) % (1 << bits) - half for t, s in zip(ticks, start)]
@@ -243,22 +244,21 @@ def test_a_rotated_mount_reports_in_its_own_axes():
 def test_noise_bias_and_steps_are_those_of_the_preset(preset):
     errors = PRESETS[preset]
     sim = dataclasses.replace(ROBOT.sim, imu_preset=preset, mount_error=0.0, imu_rate=400.0)
+    rest, speed = np.zeros((4000, 3)), np.zeros(4000)
     starts = []
     for seed in range(60):
         sensor = Inertial(ImuConfig(), dataclasses.replace(sim, seed=seed))
-        gyro = np.array([sensor.read((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)[0]
-                         for _ in range(100)])
-        starts += gyro.mean(axis=0).tolist()
+        starts += sensor.read(rest[:100], rest[:100], speed[:100])[0].mean(axis=0).tolist()
     assert np.std(starts) == pytest.approx(errors.gyro_zero_rate, rel=0.3)  # 180 draws, 5 % sigma
     sensor = Inertial(ImuConfig(), sim)
-    gyro = np.array([sensor.read((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)[0] for _ in range(4000)])
+    gyro, _ = sensor.read(rest, rest, speed)
     density = np.std(np.diff(gyro, axis=0), axis=0) / math.sqrt(2.0) / math.sqrt(200.0)
     step = errors.gyro_lsb / math.sqrt(12.0) / math.sqrt(200.0)  # rounding adds to the noise
     assert density == pytest.approx([math.hypot(errors.gyro_noise_density, step)] * 3, rel=0.1)
     assert gyro / errors.gyro_lsb == pytest.approx(np.round(gyro / errors.gyro_lsb), abs=1e-6)
-    loud = sensor.read((1e3, 0.0, 0.0), (0.0, 0.0, -1e3), 0.0)
-    assert loud[0][0] == pytest.approx(errors.gyro_range)
-    assert loud[1][2] == pytest.approx(-errors.accel_range)
+    loud = sensor.read(np.array([[1e3, 0.0, 0.0]]), np.array([[0.0, 0.0, -1e3]]), np.zeros(1))
+    assert loud[0][0, 0] == pytest.approx(errors.gyro_range)
+    assert loud[1][0, 2] == pytest.approx(-errors.accel_range)
 
 
 def test_rolling_shakes_the_imu():

@@ -3,7 +3,8 @@
     counts = floor(sum of increments x counts_per_revolution / 2 pi + start)
 
 A counter starts anywhere (drawn from the seed); a stuck one loses what it misses, a reversed one
-counts backwards, a reset one starts again from zero.
+counts backwards, a reset one starts again from zero. Samples are taken in blocks of any length;
+how a run is cut into blocks does not change a bit of the result.
 """
 
 from __future__ import annotations
@@ -24,50 +25,47 @@ class Encoders:
 
     def __init__(self, config: EncoderConfig, count: int, seed: int) -> None:
         per_turn, sign = config.for_wheels(count)
-        self._per_rad = [float(v) / _TURN for v in per_turn]
-        self._sign = [int(v) for v in sign]
-        self._span = 1 << config.counter_bits
+        self._per_rad = per_turn / _TURN
+        self._sign = sign.astype(np.int64)
+        self._span = 1 << config.counter_bits if config.counter_bits < 64 else 0
         self._wrap_turn = config.position_wrap == 'two_pi'
-        draw = stream(seed, 'encoder start')
-        self._start = [float(v) for v in draw.uniform(-10.0, 10.0, count) * per_turn]
-        self.restart([0.0] * count)
+        self._start = stream(seed, 'encoder start').uniform(-10.0, 10.0, count) * per_turn
+        self.restart(np.zeros(count))
 
-    def restart(self, angles: list[float]) -> None:
+    def restart(self, angles: FloatArray) -> None:
         """Start again at the true wheel angles (W,) rad."""
-        self._last = list(angles)
-        self._travel = list(self._start)
-        self.counts = [math.floor(v) for v in self._travel]
-        self._previous = list(self.counts)
+        self._last, self._travel = np.array(angles), self._start.copy()
+        self._counts = np.floor(self._travel).astype(np.int64)
 
-    def update(self, angles: list[float], gains: list[float]) -> None:
-        """Count up to the true angles (W,) rad; gain 1, 0 (stuck) or -1 (reversed) a wheel."""
-        self._previous = self.counts
-        counts = []
-        for i, angle in enumerate(angles):
-            self._travel[i] += gains[i] * (angle - self._last[i]) * self._per_rad[i]
-            counts.append(math.floor(self._travel[i]))
-        self._last = angles
-        self.counts = counts
+    def count(self, angles: FloatArray, gains: FloatArray) -> tuple[IntArray, IntArray]:
+        """(counts, counts before) (N, W) at the true angles (N, W) rad.
+
+        ``gains`` (W,) are 1, 0 (stuck) or -1 (reversed).
+        """
+        steps = np.diff(angles, axis=0, prepend=self._last[None, :]) * self._per_rad * gains
+        travel = np.cumsum(np.vstack([self._travel[None, :], steps]), axis=0)[1:]
+        counts = np.floor(travel).astype(np.int64)
+        before = np.vstack([self._counts[None, :], counts[:-1]])
+        self._last, self._travel, self._counts = angles[-1], travel[-1].copy(), counts[-1].copy()
+        return counts, before
 
     def reset(self, wheel: int) -> None:
         """The counter of one wheel starts again from zero."""
-        self._travel[wheel] = 0.0
-        self.counts[wheel] = 0
+        self._travel[wheel], self._counts[wheel] = 0.0, 0
 
-    def position(self) -> FloatArray:
-        """Joint positions (W,) rad in the joints' own sign, as a driver reports them."""
-        values = [s * c / p for s, c, p in zip(self._sign, self.counts, self._per_rad)]
-        if self._wrap_turn:
-            values = [v % _TURN for v in values]
-        return np.array(values)
+    def position(self, counts: IntArray) -> FloatArray:
+        """Joint positions rad in the joints' own sign, as a driver reports them."""
+        angles: FloatArray = self._sign * counts / self._per_rad
+        return angles % _TURN if self._wrap_turn else angles
 
-    def velocity(self, period: float) -> FloatArray:
-        """Joint velocities (W,) rad/s: difference of counts over the period [s]."""
-        return np.array([s * (c - o) / (p * period) for s, c, o, p in zip(
-            self._sign, self.counts, self._previous, self._per_rad)])
+    def velocity(self, counts: IntArray, before: IntArray, period: float) -> FloatArray:
+        """Joint velocities rad/s: difference of counts over the period [s]."""
+        rates: FloatArray = self._sign * (counts - before) / (self._per_rad * period)
+        return rates
 
-    def ticks(self) -> IntArray:
-        """Counter values (W,) as the hardware reports them: signed, wrapped at its width."""
-        half = self._span // 2
-        return np.array([(s * c + half) % self._span - half
-                         for s, c in zip(self._sign, self.counts)], dtype=np.int64)
+    def ticks(self, counts: IntArray) -> IntArray:
+        """Counter values as the hardware reports them: signed, wrapped at its width."""
+        signed: IntArray = self._sign * counts
+        if not self._span:
+            return signed
+        return (signed + self._span // 2) % self._span - self._span // 2

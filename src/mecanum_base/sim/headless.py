@@ -28,6 +28,7 @@ from mecanum_base.sim.scenario import Scenario
 from mecanum_base.sim.simulation import Simulation
 
 COMMAND_RATE = 50.0  # Hz
+_BULK = 100  # commands between two collections of readings (faster than one by one)
 START_NS = 1_000 * NANOSECONDS  # stamps start here, because 0 means "no time" to many tools
 
 
@@ -100,7 +101,10 @@ def run(scenario: Scenario, base: Base, encoder: EncoderConfig, imu: ImuConfig, 
         commands.append(command)
         simulation.command(command.rate)
         now = min(now + period, end_ns)
-        published += simulation.advance_published(now)
+        if len(commands) % _BULK and now < end_ns:
+            simulation.move(now)
+        else:
+            published += simulation.advance_published(now)
         if progress is not None:
             progress((now - start_ns) / (end_ns - start_ns))
     truth = [item.reading for item in published if isinstance(item.reading, Truth)]
@@ -116,14 +120,16 @@ class _RatesFromTwist:
     def __init__(self, base: Base, simulation: Simulation) -> None:
         self._base, self._simulation = base, simulation
         self._limits = simulation.plant.body.max_speed
+        self._least = float(np.min(self._limits))
         if isinstance(base, Wheels):
             self._fixed = matrix.wheels_from_body(base)
 
     def __call__(self, twist: FloatArray) -> FloatArray:
         if isinstance(self._base, Wheels):
-            rates = self._fixed @ twist
+            rates: FloatArray = self._fixed @ twist
         else:
             angles = self._simulation.plant.hinge_angles
             rates = differential.wheels_from_body(self._base, angles) @ twist
-        served: FloatArray = rates * scale_to_limits(rates, self._limits)
-        return served
+        if max(map(abs, rates.tolist())) > self._least:
+            rates = rates * scale_to_limits(rates, self._limits)
+        return rates

@@ -4,13 +4,13 @@
     accel = Q( M_a (f + vibration) + b_a(t) + n_a )      b(t) = turn-on bias + random walk
 
 n is white with the noise density times sqrt(rate / 2), Q rounds to the LSB and clips at the range.
-Lever arm, tilt and the low-pass filter act in the kernel, at the rate of the physics.
+Lever arm, tilt and the low-pass filter act in the kernel, at the rate of the physics. Samples are
+taken in blocks of any length; how a run is cut into blocks does not change a bit of the result.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -20,48 +20,35 @@ from mecanum_base.sim.config import SimConfig
 from mecanum_base.sim.imu_presets import PRESETS
 from mecanum_base.sim.randomness import stream
 
-Three = Sequence[float]  # three numbers
-_BLOCK = 256  # samples for which random numbers are drawn at once
-
 
 class _Triad:
-    """Three axes of one kind with their errors; random numbers are drawn in blocks."""
+    """Three axes of one kind with their errors."""
 
-    def __init__(self, matrix: FloatArray, bias: list[float], walk: float, noise: float,
+    def __init__(self, matrix: FloatArray, bias: FloatArray, walk: float, noise: float,
                  lsb: float, full: float, seed: int, name: str) -> None:
-        self._m = tuple(float(v) for v in matrix.ravel())
-        self._start, self._walk, self._noise = np.array(bias), walk, noise
+        self._matrix, self._start, self._walk, self._noise = matrix, bias, walk, noise
         self._lsb, self._full = lsb, full if full > 0.0 else math.inf
         self._seed, self._name = seed, name
         self.restart()
 
     def restart(self) -> None:
-        self._bias = self._start
+        self._bias = self._start[None, :]
         self._generator = stream(self._seed, self._name)
-        self._left: list[list[float]] = []
 
-    def _draw(self) -> None:
-        draw = self._generator.standard_normal((_BLOCK, 9))
-        bias = self._bias + self._walk * np.cumsum(draw[:, :3], axis=0)
-        self._bias = bias[-1]
-        self._left = np.hstack([bias + self._noise * draw[:, 3:6], draw[:, 6:]]).tolist()
-        self._left.reverse()
-
-    def read(self, felt: Three, shake: float) -> list[float]:
-        """Reading of the felt vector; ``shake`` is the standard deviation of the vibration."""
-        if not self._left:
-            self._draw()
-        ex, ey, ez, sx, sy, sz = self._left.pop()
-        x, y, z = felt[0] + shake * sx, felt[1] + shake * sy, felt[2] + shake * sz
-        m0, m1, m2, m3, m4, m5, m6, m7, m8 = self._m
-        out = [m0 * x + m1 * y + m2 * z + ex, m3 * x + m4 * y + m5 * z + ey,
-               m6 * x + m7 * y + m8 * z + ez]
-        lsb, full = self._lsb, self._full
-        if lsb > 0.0:
-            out = [math.floor(value / lsb + 0.5) * lsb for value in out]
-        if max(out) > full or min(out) < -full:
-            out = [min(max(value, -full), full) for value in out]
-        return out
+    def read(self, felt: FloatArray, shake: FloatArray) -> FloatArray:
+        """Readings (N, 3) of felt vectors (N, 3); ``shake`` (N,): deviation of the vibration."""
+        draw = self._generator.standard_normal((len(felt), 9))
+        bias = np.cumsum(np.vstack([self._bias, self._walk * draw[:, :3]]), axis=0)
+        self._bias = bias[-1:]
+        felt = felt + shake[:, None] * draw[:, 6:]
+        x, y, z = felt[:, :1], felt[:, 1:2], felt[:, 2:]
+        m = self._matrix  # not a matrix product: its rounding depends on the length of the block
+        values: FloatArray = m[:, 0] * x + m[:, 1] * y + m[:, 2] * z
+        values += bias[1:] + self._noise * draw[:, 3:6]
+        if self._lsb > 0.0:
+            values = np.floor(values / self._lsb + 0.5) * self._lsb
+        clipped: FloatArray = np.clip(values, -self._full, self._full)
+        return clipped
 
 
 class Inertial:
@@ -87,20 +74,21 @@ class Inertial:
                  errors.accel_lsb, errors.accel_range)):
             off = draw.standard_normal((3, 3)) * cross * scale
             off[np.diag_indices(3)] = draw.standard_normal(3) * sensitivity * scale
-            start = (draw.standard_normal(3) * bias * scale).tolist()
+            start = draw.standard_normal(3) * bias * scale
             triads.append(_Triad((np.eye(3) + off) @ sensor_from_base, start,
                                  walk * scale / root, density * scale * root / math.sqrt(2.0),
                                  lsb, full, seed, f'{name} noise'))
-        self.gyro, self.accel = triads
+        self._gyro, self._accel = triads
         self._shake_gyro = config.vibration_gyro
         self._shake_accel = config.vibration_accel
 
     def restart(self) -> None:
         """Switch the sensor off and on: the same turn-on bias and noise as at the start."""
-        self.gyro.restart()
-        self.accel.restart()
+        self._gyro.restart()
+        self._accel.restart()
 
-    def read(self, rates: Three, force: Three, speed: float) -> tuple[list[float], list[float]]:
-        """(gyro, accel) from felt rates [rad/s], specific force [m/s2], mean rim speed [m/s]."""
-        return (self.gyro.read(rates, self._shake_gyro * speed),
-                self.accel.read(force, self._shake_accel * speed))
+    def read(self, rates: FloatArray, force: FloatArray, speed: FloatArray,
+             ) -> tuple[FloatArray, FloatArray]:
+        """(gyro, accel) (N, 3) of felt rates [rad/s], specific force [m/s2], rim speed (N,)."""
+        return (self._gyro.read(rates, self._shake_gyro * speed),
+                self._accel.read(force, self._shake_accel * speed))

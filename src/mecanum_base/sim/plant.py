@@ -13,6 +13,7 @@ from mecanum_base.sim.body import STANDARD_GRAVITY, Body
 from mecanum_base.sim.engine import advance_function, table
 from mecanum_base.sim.floor import Floor
 
+_PLACE, _MIDDLE = slice(at.S_X, at.S_YAW + 1), slice(at.S_BVX, at.S_BVY + 1)
 _SETTLE = 0.5  # s, for the body to come to rest on its supports before time starts
 
 
@@ -74,25 +75,24 @@ class Plant:
                       self._ramps, self._walls, self._corners, self.push, self.inputs, self.state,
                       self.turn, self.hinges, self._row)
 
-    @property
-    def felt(self) -> list[float]:
-        """``state`` as plain floats (quick to calculate with)."""
-        values = self.state
+    def part(self, places: slice) -> list[float]:
+        """Some of ``state`` as plain floats (quick to calculate with)."""
+        values = self.state[places]
         return values if isinstance(values, list) else values.tolist()
 
     @property
     def pose(self) -> tuple[float, float, float]:
         """(x, y, yaw) of base_link [m, m, rad]."""
-        x, y, yaw = self.felt[:3]
+        x, y, yaw = self.part(_PLACE)
         c, s = math.cos(yaw), math.sin(yaw)
         return x - c * self._cx + s * self._cy, y - s * self._cx - c * self._cy, yaw
 
     @property
     def twist(self) -> tuple[float, float, float]:
         """(vx, vy, wz) of base_link in its own axes, at the middle of the last step."""
-        state = self.felt
-        w = state[at.S_W]
-        return state[at.S_BVX] + w * self._cy, state[at.S_BVY] - w * self._cx, w
+        vx, vy = self.part(_MIDDLE)
+        w = float(self.state[at.S_W])
+        return vx + w * self._cy, vy - w * self._cx, w
 
     def column(self, place: int) -> list[float]:
         """One number of every wheel, for instance ``column(layout.T_LOAD)``."""

@@ -15,24 +15,18 @@ import numpy as np
 from mecanum_base.core.errors import ConfigError
 from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
 from mecanum_base.core.parameter import FloatArray
-from mecanum_base.core.records import ImuSample, TickSample, WheelSample
 from mecanum_base.sim import layout as at
 from mecanum_base.sim.body import Base, make_body
 from mecanum_base.sim.config import SimConfig
-from mecanum_base.sim.encoder import Encoders
 from mecanum_base.sim.engine import choose
-from mecanum_base.sim.faults import Event
-from mecanum_base.sim.inertial import Inertial
+from mecanum_base.sim.faults import NANOSECONDS, Event
 from mecanum_base.sim.injection import Injection
 from mecanum_base.sim.plant import Plant
 from mecanum_base.sim.records import Published, Reading, Truth
+from mecanum_base.sim.sampling import Sampled, Sampling
 from mecanum_base.sim.scenario import Scenario
-from mecanum_base.sim.transport import Transport
 
-NANOSECONDS = 1_000_000_000
 _NEVER = 1 << 62
-_RATES, _FORCE = slice(at.S_GX, at.S_GZ + 1), slice(at.S_AX, at.S_AZ + 1)
-_HINGE_STEP = 2.0 * math.pi / 4096.0  # rad, resolution of a measured hinge angle
 
 
 class Simulation:
@@ -49,23 +43,19 @@ class Simulation:
         self.config, self.start_ns = sim, start_ns
         step_ns = round(NANOSECONDS / sim.physics_rate)
         self._step_ns = step_ns
-        self._inertial = Inertial(imu, sim)
         body = make_body(base, sim, imu.xyz)
-        if self._inertial.bandwidth > 0.0:
-            lag = 2.0 * math.pi * self._inertial.bandwidth * step_ns / NANOSECONDS
+        self._sampling = Sampling(
+            sim, encoder, imu, float(np.mean(body.wheels[at.W_RADIUS::at.WHEEL])), body.count,
+            getattr(base, 'hinge_joint', ()))
+        if self._sampling.inertial.bandwidth > 0.0:
+            lag = 2.0 * math.pi * self._sampling.inertial.bandwidth * step_ns / NANOSECONDS
             body.constants[at.IMU_FILTER] = 1.0 - math.exp(-lag)
         self.plant = Plant(body, self.scenario.floor, step=step_ns / NANOSECONDS,
                            engine=choose(sim.engine, prefer_numba=False), seed=sim.seed)
-        self._encoders = Encoders(encoder, body.count, sim.seed)
-        self._transport = Transport(sim)
         self._injection = Injection(self.scenario.events, body.count)
-        named = getattr(base, 'hinge_joint', ())
-        self._hinge_measured = np.array([n != '' for n in named]) if any(named) else None
         self._limit = [float(v) for v in body.max_speed]
         self._spacing = [NANOSECONDS / (rate * step_ns)  # physics steps between samples
                          for rate in (sim.imu_rate, sim.encoder_rate, sim.truth_rate)]
-        self._take = (self._take_imu, self._take_encoder, self._take_truth)
-        self._radius = float(np.mean(body.wheels[at.W_RADIUS::at.WHEEL]))
         self._begin()
         if sim.fault != 'none':
             self.set_fault(sim.fault, tuple(int(v) for v in sim.fault_wheels),
@@ -77,10 +67,8 @@ class Simulation:
         self._next = [0, 0, 0]  # physics step at which it is taken
         self._quiet = _NEVER  # step at which the command times out
         self._change = 0  # step at which events begin or end
-        self._sequence = 0
-        self._queue: list[tuple[int, int, Reading]] = []
-        self._frozen: tuple[list[float], list[float]] | None = None
-        self._encoders.restart(self.plant.column(at.T_ANGLE))
+        self._queue: list[Sampled] = []
+        self._sampling.restart(self.plant)
 
     @property
     def now_ns(self) -> int:
@@ -103,10 +91,10 @@ class Simulation:
                               f'must have one entry a wheel ({len(self._limit)})', 'rad/s')
         if 'command_loss' in self._injection.active:
             return
-        for i, (rate, limit) in enumerate(zip(rates, self._limit)):
-            value = float(rate)
-            if math.isfinite(value):
-                self.plant.inputs[i * at.INPUT + at.I_RATE] = min(max(value, -limit), limit)
+        inputs = self.plant.inputs
+        for i, (rate, limit) in enumerate(zip(map(float, rates), self._limit)):
+            if math.isfinite(rate):
+                inputs[i * at.INPUT + at.I_RATE] = min(max(rate, -limit), limit)
         self._quiet = self._steps + round(
             self.config.command_timeout * NANOSECONDS / self._step_ns)
 
@@ -128,8 +116,6 @@ class Simulation:
         now = self.now_ns
         self._stop()
         self.plant.restart()
-        self._inertial.restart()
-        self._transport.restart()
         self._injection.restart()
         self._begin()
         self.start_ns = now
@@ -140,24 +126,32 @@ class Simulation:
 
     def advance_published(self, until_ns: int) -> tuple[Published, ...]:
         """As :meth:`advance`, with the time of publication of each reading."""
+        self.move(until_ns)
+        self._sample()
+        queue, start = self._queue, self.start_ns
+        out = []
+        while queue and queue[0][0] + start <= until_ns:
+            at_ns, _, _, reading = heapq.heappop(queue)
+            out.append(Published(at_ns + start, reading))
+        return tuple(out)
+
+    def move(self, until_ns: int) -> None:
+        """Run up to ``until_ns``; the readings are kept for the next advance (bulk runs)."""
         last = (until_ns - self.start_ns) // self._step_ns
         while True:
             if self._steps >= self._change:
-                change = self._injection.apply(self.plant, self._encoders, self._elapsed())
+                self._sample()  # before faults change
+                change = self._injection.apply(self.plant, self._sampling.encoders,
+                                               self._elapsed())
                 self._change = -(-change // self._step_ns)
             if self._steps >= self._quiet:
                 self._stop()
-            self._measure()
+            self._note()
             if self._steps >= last:
                 break
             stop = min(last, self._change, self._quiet, *self._next)
             self.plant.advance(stop - self._steps)
             self._steps = stop
-        out = []
-        while self._queue and self._queue[0][0] <= until_ns:
-            at_ns, _, reading = heapq.heappop(self._queue)
-            out.append(Published(at_ns, reading))
-        return tuple(out)
 
     def truth(self) -> Truth:
         """The true motion now."""
@@ -173,58 +167,14 @@ class Simulation:
             self.plant.inputs[row + at.I_RATE] = 0.0
         self._quiet = _NEVER
 
-    def _measure(self) -> None:
+    def _note(self) -> None:
         steps, due = self._steps, self._next
-        for kind in range(3):
+        for kind in (0, 1, 2):
             if due[kind] <= steps:
-                self._take[kind](self._index[kind])
+                self._sampling.note(kind, steps * self._step_ns, self._index[kind], self.plant)
                 self._index[kind] += 1
                 due[kind] = math.ceil(self._index[kind] * self._spacing[kind] - 1e-9)
 
-    def _publish(self, elapsed_ns: int, reading: Reading) -> None:
-        self._sequence += 1
-        heapq.heappush(self._queue, (self.start_ns + elapsed_ns, self._sequence, reading))
-
-    def _take_imu(self, index: int) -> None:
-        active = self._injection.active
-        speed = self._radius * sum(map(abs, self.plant.column(at.T_RATE))) / len(self._limit)
-        felt = self.plant.felt
-        gyro, accel = self._inertial.read(felt[_RATES], felt[_FORCE], speed)
-        if 'imu_frozen' in active:
-            self._frozen = self._frozen or (gyro, accel)
-            gyro, accel = self._frozen
-        else:
-            self._frozen = None
-        if 'imu_rotated' in active:
-            gyro, accel = (_turned(v, active['imu_rotated'].value) for v in (gyro, accel))
-        if 'imu_nan' in active:
-            gyro, accel = [math.nan] * 3, [math.nan] * 3
-        stamp, published = self._transport.imu(self._elapsed(), index, active)
-        if published is not None:
-            offset = self.start_ns + self._injection.clock_offset_ns
-            self._publish(published, ImuSample(stamp + offset, np.array(gyro), np.array(accel)))
-
-    def _take_encoder(self, index: int) -> None:
-        self._encoders.update(self.plant.column(at.T_ANGLE), self._injection.gains)
-        stamp, published = self._transport.encoder(self._elapsed(), index, self._injection.active)
-        if published is not None:
-            offset = self.start_ns + self._injection.clock_offset_ns
-            self._publish(published, WheelSample(
-                stamp + offset, self._encoders.position(),
-                self._encoders.velocity(1.0 / self.config.encoder_rate), self._hinge()))
-            self._publish(published, TickSample(published + offset, self._encoders.ticks()))
-
-    def _hinge(self) -> FloatArray | None:
-        if self._hinge_measured is None:
-            return None
-        angles = np.round(self.plant.hinge_angles / _HINGE_STEP) * _HINGE_STEP
-        return np.where(self._hinge_measured, angles, np.nan)
-
-    def _take_truth(self, index: int) -> None:
-        self._publish(self._elapsed(), self.truth())
-
-
-def _turned(vector: list[float], angle: float) -> list[float]:
-    c, s = math.cos(angle), math.sin(angle)
-    x, y, z = vector
-    return [c * x - s * y, s * x + c * y, z]
+    def _sample(self) -> None:
+        for sampled in self._sampling.samples(self._injection, self.start_ns):
+            heapq.heappush(self._queue, sampled)
