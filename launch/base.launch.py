@@ -57,6 +57,7 @@ def generate_launch_description():
         node('goal_node', IfCondition(argument['goal'])),
         node('record_node', IfCondition(argument['record'])),
         Node(package='rviz2', executable='rviz2', output='screen',
+             arguments=['-d', PathJoinSubstitution([share, 'config', 'mecanum_base.rviz'])],
              parameters=[{'use_sim_time': argument['use_sim_time']}],
              condition=IfCondition(argument['rviz'])),
         Node(package='foxglove_bridge', executable='foxglove_bridge', output='screen',

@@ -109,6 +109,12 @@ def test_the_default_robot_file_is_shipped(description):
     assert ROOT.joinpath(*parts[1:]).is_file()
 
 
+def test_the_view_of_rviz_is_shipped(description):
+    rviz = next(one for one in nodes(description) if one.options['executable'] == 'rviz2')
+    flag, path = rviz.options['arguments']
+    assert flag == '-d' and ROOT.joinpath(*path.arguments[0][1:]).is_file()
+
+
 def test_the_real_launch_package_accepts_the_file():
     pytest.importorskip('launch_ros')
     built = runpy.run_path(str(FILE))['generate_launch_description']()

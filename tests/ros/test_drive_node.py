@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import Twist, TwistStamped
+from geometry_msgs.msg import Twist, TwistStamped, Vector3
+from rclpy.clock_type import ClockType
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
@@ -311,6 +312,40 @@ def test_malformed_hinge_messages_are_counted(script):
     script.connect()
     script.publish(hinges, JointState(name=['front_hinge', 'front_hinge'], position=[0.1, 0.2]))
     assert stage.status('cmd_vel').values['rejected: joint_states: joint named twice'] == 1
+
+
+def test_all_names_are_relative_and_can_be_remapped(script, robot_path):
+    steer = script.publisher(Twist, '/nav/steer')
+    wheels = script.listen(JointState, '/robot1/wheel_commands')
+    limited = script.listen(TwistStamped, '/told')
+    script.add(DriveNode, robot=robot_path, namespace='robot1', cli_args=[
+        '--ros-args', '-r', 'cmd_vel:=/nav/steer', '-r', 'cmd_vel_limited:=/told'])
+    script.connect()
+    script.publish(steer, Twist(linear=Vector3(x=0.2)))
+    script.run(0.3, STEP)
+    assert wheels[-1].velocity[0] == pytest.approx(4.0)
+    assert limited[-1].twist.linear.x == pytest.approx(0.2)
+    answer = script.call(SetBool, 'robot1/drive_node/enable', SetBool.Request(data=False))
+    assert answer.success
+
+
+def test_the_age_of_stamped_commands_is_shown_and_does_not_matter(script, robot_path):
+    stage = Stage(script, robot_path, message=TwistStamped)
+    for _ in range(5):
+        message = TwistStamped()
+        message.header.stamp.sec, message.header.stamp.nanosec = 0, 500_000_000
+        message.twist.linear.x = 0.2
+        script.publish(stage.steer, message)
+        script.run(0.1, STEP)
+    assert stage.twist()[0] == pytest.approx(0.2)
+    assert float(stage.status('cmd_vel').values['latency max [ms]']) == pytest.approx(900.0)
+
+
+def test_without_simulated_time_durations_come_from_a_clock_nobody_can_set(script, robot_path):
+    node = script.add(DriveNode, robot=robot_path, stepped=False)
+    assert node.time_base.clock.clock_type == ClockType.STEADY_TIME
+    periodic = [t for t in node.timers if t.timer_period_ns == 20_000_000]
+    assert [t.clock.clock_type for t in periodic] == [ClockType.STEADY_TIME]
 
 
 def test_halting_sends_zeros_at_once(script, robot_path):

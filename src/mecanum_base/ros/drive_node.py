@@ -87,9 +87,15 @@ class DriveNode(RobotNode):
         self.halt(f'parameter change refused: {reason}')
 
     def _on_command(self, msg: Any) -> None:
-        self.source.arrived()
+        self.source.arrived(self._latency(msg))
         self.driver.stopping.accept(*messages.command_twist(msg), self.time_base.now_ns())
         self._log_transitions()
+
+    def _latency(self, msg: Any) -> float | None:
+        """Seconds from the stamp of a stamped command to now; None without a stamp."""
+        header = getattr(msg, 'header', None)
+        stamp = 0 if header is None else messages.stamp_ns(header.stamp)
+        return (self.get_clock().now().nanoseconds - stamp) * 1e-9 if stamp else None
 
     def _on_hinges(self, msg: JointState) -> None:
         try:
