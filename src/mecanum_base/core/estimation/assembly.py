@@ -36,6 +36,7 @@ from mecanum_base.core.estimation.layout import (
     PY,
     SIGMA,
     SLOPE,
+    STRETCH,
     VX,
     VY,
     WHEEL_ROWS,
@@ -71,7 +72,7 @@ def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: Estimat
         gyro_noise=tuning.gyro_noise, gyro_shake=8e-4,
         accel_noise=tuning.accel_noise, accel_shake=0.004,
         gyro_drift=math.radians(8e-4), accel_drift=0.04, blind_turn=2.0, blind_push=0.8,
-        rolling_noise=0.0015, traction_noise=0.001,
+        traction_time=0.06, scale_time=0.5,        rolling_noise=0.0015, traction_noise=0.001,
         creep_time=0.15, creep_rest=0.0, creep_traction=0.008, creep_hard=0.02,
         creep_loose=0.0,
         travel=travel, resolution=np.maximum(0.35 * count, FINEST) + 2e-5,
@@ -114,6 +115,7 @@ def memory_of(base: Base, model: Model, tuning: EstimatorConfig) -> Memory:
     n = K + 3 * w
     m = np.zeros(M_SIZE)
     m[JITTER] = START_JITTER ** 2
+    m[STRETCH] = 1.0
     wheel = np.zeros((WHEEL_ROWS, w))
     wheel[FLAT] = 1.0
     wheel[SIGMA] = 1.0

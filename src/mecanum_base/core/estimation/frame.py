@@ -14,10 +14,12 @@ from mecanum_base.core.estimation.layout import (
     LAST_IMU,
     LAST_YAW,
     NOW,
+    PERIOD,
     QUIET,
     REST,
     SLIP,
     STILL,
+    STRETCH,
     SUM_T,
     TRAVEL,
     WZ,
@@ -32,6 +34,7 @@ from mecanum_base.core.estimation.standstill import leave, watch
 from mecanum_base.core.estimation.wheel_update import judge
 from mecanum_base.core.parameter import FloatArray
 
+EVEN = 0.2  # share of the period that a stamp may be off and still be jitter
 LONGEST = 0.025  # s, longest motion that one covariance step may cover
 
 
@@ -68,11 +71,26 @@ def predict(model: Model, memory: Memory, now: int) -> None:
 
 
 @kernel
+def evened(memory: Memory, T: float) -> float:
+    """Time since the last frame [s] without stamp jitter, where frames come at a steady rate."""
+    m = memory.m
+    period = float(m[PERIOD])
+    if period == 0.0:
+        m[PERIOD] = T
+        return T
+    m[PERIOD] += 0.02 * min(max(T - period, -0.1 * period), 0.1 * period)
+    whole = period * float(round(T / period))
+    return whole if abs(T - whole) < EVEN * period else T
+
+
+@kernel
 def take_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: FloatArray) -> None:
     """Use the travel z (W,) m of one encoder frame; ``valid`` (W,) is 1 where it is known."""
     m, clock, wheel = memory.m, memory.clock, memory.wheel
-    predict(model, memory, now)
     T = (now - clock[LAST_FRAME]) * 1e-9
+    m[STRETCH] = evened(memory, T) / T
+    predict(model, memory, now)
+    m[STRETCH] = 1.0
     clock[LAST_FRAME] = now
     moved = False
     for i in range(model.wheels):

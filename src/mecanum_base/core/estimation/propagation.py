@@ -6,6 +6,11 @@ F = I + (first-order derivative of the motion), with the sums of :mod:`.inertial
 dt-times-rate, so that one step serves any number of IMU samples. The gyro is an input, not a
 measurement: its noise enters along one vector d = (yaw 1, vx vy, vy -vx, phi_i A_i3) with exact
 correlation, and no yaw-rate state is needed.
+
+The columns of the scale errors use only what was known before this step (velocity at its start,
+rates averaged over the time before, even steps in place of jittering stamps): what the step itself
+brings carries the noise that the next residual shows, and that product would pull every scale the
+same way, a little each step.
 """
 
 from __future__ import annotations
@@ -34,6 +39,12 @@ from mecanum_base.core.estimation.layout import (
     PY,
     ROLLED,
     SHAKE,
+    SLOW_AX,
+    SLOW_AY,
+    SLOW_VX,
+    SLOW_VY,
+    SLOW_W,
+    STRETCH,
     SUM_T,
     SUM_VX,
     SUM_VY,
@@ -74,12 +85,18 @@ def spread(model: Model, memory: Memory) -> None:
         memory.hinge[:] += hinge_increment(model.carriers, memory.hinge, motion)
     x[creep:n] *= decay
 
+    even = T * float(m[STRETCH])  # s, without the jitter of the stamps
+    slow_turn = float(m[SLOW_W]) * even
+    vx = float(x[VX]) - float(m[SUM_VX]) - turn * float(x[VY])  # at the start of the step
+    vy = float(x[VY]) - float(m[SUM_VY]) + turn * float(x[VX])
+    slow_y = float(m[SLOW_VY]) * even
+    slow_rolled = rows @ np.array([float(m[SLOW_VX]) * even, lateral * slow_y,
+                                   lever * slow_turn])
     yaw = float(x[YAW]) - 0.5 * turn
     c, s = math.cos(yaw), math.sin(yaw)
-    vx, vy = float(x[VX]), float(x[VY])
     F = np.eye(n)
     F[YAW, BG] = -T
-    F[YAW, KG] = -turn
+    F[YAW, KG] = -slow_turn
     F[PX, YAW] = -m[SUM_WY]
     F[PX, VX] = c * T
     F[PX, VY] = -s * T
@@ -88,27 +105,34 @@ def spread(model: Model, memory: Memory) -> None:
     F[PY, VY] = c * T
     F[VX, VY] = turn
     F[VX, BG] = -vy * T
-    F[VX, KG] = -vy * turn
+    F[VX, KG] = -vy * slow_turn
     F[VX, BAX] = -T
-    F[VX, KAX] = -m[SUM_VX]
+    F[VX, KAX] = -m[SLOW_AX] * T
     F[VY, VX] = -turn
     F[VY, BG] = vx * T
-    F[VY, KG] = vx * turn
+    F[VY, KG] = vx * slow_turn
     F[VY, BAY] = -T
-    F[VY, KAY] = -m[SUM_VY]
-    F[phi:creep, VX] = rows[:, 0] * T
-    F[phi:creep, VY] = rows[:, 1] * (lateral * T)
-    F[phi:creep, BG] = rows[:, 2] * (-lever * T)
-    F[phi:creep, KG] = rows[:, 2] * (-lever * turn)
-    F[phi:creep, KY] = rows[:, 1] * m[SUM_Y]
-    F[phi:creep, KL] = rows[:, 2] * turn
+    F[VY, KAY] = -m[SLOW_AY] * T
+    F[phi:creep, VX] = rows[:, 0] * even
+    F[phi:creep, VY] = rows[:, 1] * (lateral * even)
+    F[phi:creep, BG] = rows[:, 2] * (-lever * even)
+    F[phi:creep, KG] = rows[:, 2] * (-lever * slow_turn)
+    F[phi:creep, KY] = rows[:, 1] * slow_y
+    F[phi:creep, KL] = rows[:, 2] * slow_turn
     for i in range(w):
-        F[phi + i, K + i] = rolled[i]
-        F[phi + i, creep + i] = T
+        F[phi + i, K + i] = slow_rolled[i]
+        F[phi + i, creep + i] = even
         F[creep + i, creep + i] = decay
 
     speed = min(1.5, math.hypot(vx, vy) + 0.2 * abs(turn) / T)
-    push = math.hypot(float(m[SUM_VX]), float(m[SUM_VY])) / T
+    share = T / (T + model.traction_time)
+    m[SLOW_AX] += share * (m[SUM_VX] / T - m[SLOW_AX])
+    m[SLOW_AY] += share * (m[SUM_VY] / T - m[SLOW_AY])
+    share = T / (T + model.scale_time)
+    m[SLOW_W] += share * (turn / T - m[SLOW_W])
+    m[SLOW_VX] += share * (vx - m[SLOW_VX])
+    m[SLOW_VY] += share * (vy - m[SLOW_VY])
+    push = math.hypot(float(m[SLOW_AX]), float(m[SLOW_AY]))
     trust = 1.0
     if m[LOCKED_FOR] > model.patience:
         trust += 400.0 * (float(m[LOCKED_FOR]) - model.patience)
