@@ -7,15 +7,12 @@ nothing but topics connects the nodes. A record node writes the bag that the com
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from geometry_msgs.msg import Twist, Vector3
-from rclpy.event_handler import EventHandler
 from rclpy.impl.logging_severity import LoggingSeverity
 from rclpy.logging import set_logger_level
-from rclpy.node import Node
 
 from mecanum_base.demo.result import Phase
 from mecanum_base.ros.drive_node import DriveNode
@@ -45,37 +42,23 @@ def perform(scenario: Scenario, scenario_path: pathlib.Path, parameters: Mapping
     with Script(start_ns=START_NS) as script:
         steer = script.publisher(Twist, 'cmd_vel')
         sim = script.add(SimNode, robot=robot, stepped=False, start_ns=START_NS)
-        nodes = [sim, script.add(DriveNode, robot=robot), script.add(OdometryNode, robot=robot),
-                 script.add(RecordNode, parameters={'record.output': str(bag)})]
+        script.add(DriveNode, robot=robot)
+        script.add(OdometryNode, robot=robot)
+        script.add(RecordNode, parameters={'record.output': str(bag)})
         script.connect()
         script.before_step(lambda now, later: sim.step_to(later))
         count = round(scenario.duration / STEP)
-        with _without_events(nodes):
-            for index in range(count):
-                if index % COMMAND_EVERY == 0:
-                    twist = driver.twist(index * STEP, sim.simulation.truth().pose.tolist())
-                    script.publish(steer, _command(twist))
-                script.advance(STEP)
-                progress((index + 1) / count)
+        for index in range(count):
+            if index % COMMAND_EVERY == 0:
+                twist = driver.twist(index * STEP, sim.simulation.truth().pose.tolist())
+                script.publish(steer, _command(twist))
+            script.advance(STEP)
+            progress((index + 1) / count)
 
 
 def _command(twist: Sequence[float]) -> Twist:
     vx, vy, wz = (float(v) for v in twist)
     return Twist(linear=Vector3(x=vx, y=vy), angular=Vector3(z=wz))
-
-
-@contextmanager
-def _without_events(nodes: Sequence[Node]) -> Iterator[None]:
-    """Do not wait for QoS events: both ends are ours, and each costs time in every wait."""
-    taken = [(node, waitable) for node in nodes for waitable in node.waitables
-             if isinstance(waitable, EventHandler)]
-    for node, waitable in taken:
-        node.remove_waitable(waitable)
-    try:
-        yield
-    finally:
-        for node, waitable in taken:
-            node.add_waitable(waitable)
 
 
 def phases(scenario: Scenario) -> tuple[Phase, ...]:
