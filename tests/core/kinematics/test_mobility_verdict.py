@@ -132,3 +132,10 @@ def test_visible_slip_has_one_row_per_redundant_wheel():
 def test_a_rotation_about_the_middle_is_named_without_negative_zero():
     assert name_motion(np.array([0.0, -0.0, 2.0])).text() == 'rotation about the point (0, 0) m'
     assert name_motion(np.array([0.0, 2.0, 0.0])).text() == 'translation along the bearing 90 deg'
+
+
+def test_the_sentence_counts_the_redundant_equations():
+    assert '; 1 redundant wheel equation' in assess(layouts.rectangle(0.2, 0.15, 0.05)).text
+    six = layouts.swedish_ring(0.2, 0.05, np.arange(6.0))
+    assert assess(six).text.endswith('3 redundant wheel equations')
+    assert 'no redundancy' in assess(layouts.swedish_ring(0.2, 0.05, [0.0, 2.0, 4.0])).text

@@ -41,3 +41,17 @@ def test_the_fastest_forward_speed_is_rim_speed():
     assert fastest(MATRIX, np.array([0.0, 0.0, 1.0]), LIMITS) == pytest.approx(1.0 / 0.35)
     assert math.isinf(fastest(MATRIX, np.zeros(3), LIMITS))
     assert math.isinf(fastest(MATRIX, np.ones(3), np.full(4, math.inf)))
+
+
+@given(mobile_sets(), twists)
+def test_with_yaw_first_as_much_translation_is_served_as_fits(wheels, twist):
+    matrix, limits = wheels_from_body(wheels), np.full(wheels.count, 60.0)
+    served = desaturate(matrix, twist, limits, keep_yaw=True)
+    rates = np.abs(matrix @ served)
+    assert np.all(rates <= 60.0 * (1 + 1e-9))
+    assert abs(served[2]) <= abs(twist[2]) * (1 + 1e-12)
+    if np.max(np.abs(matrix[:, 2] * twist[2])) <= 60.0:
+        assert served[2] == pytest.approx(twist[2])
+    np.testing.assert_allclose(served[0] * twist[1], served[1] * twist[0], atol=1e-9)
+    whole = np.allclose(served, twist)
+    assert whole or np.max(rates) == pytest.approx(60.0)  # all of it, or some wheel at its limit
