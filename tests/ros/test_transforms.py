@@ -1,6 +1,7 @@
 """Transforms reach other nodes with the name, hash and bytes of tf2_msgs/TFMessage."""
 
 import math
+import os
 import random
 
 import pytest
@@ -152,3 +153,24 @@ def test_yaw_survives_the_quaternion():
         x, y, z, w = messages.quaternion_of_yaw(yaw)
         assert math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)) == pytest.approx(
             yaw, abs=1e-12)
+
+
+@pytest.mark.skipif(not os.environ.get('NATIVE_TF2'), reason='needs a compiled tf2_msgs: .ci/run')
+def test_the_derived_class_and_a_compiled_tf2_msgs_understand_each_other():
+    from tf2_msgs.msg import TFMessage
+
+    from mecanum_base.ros.tf_message import derived_tf_message
+    derived = derived_tf_message()
+    assert Transforms().native and derived is not TFMessage
+    rng = random.Random(7)
+    first, second = transform(rng), transform(rng)
+    with Script() as script:  # compiled to derived
+        heard = []
+        script._bench.create_subscription(
+            derived, 'one', lambda raw: heard.extend(decode(bytes(raw))), 10, raw=True)
+        script.publish(script.publisher(TFMessage, 'one'), TFMessage(transforms=[first, second]))
+        assert [as_tuple(t) for t in heard] == [values(first), values(second)]
+        sent = script._bench.create_publisher(derived, 'two', 10)  # derived to compiled
+        messages = script.listen(TFMessage, 'two')
+        script.publish(sent, encode([first, second]))
+        assert messages == [TFMessage(transforms=[first, second])]
