@@ -123,7 +123,7 @@ from mecanum_base.ros import drive_node, process
 class Failing(drive_node.DriveNode):
     def _on_command(self, msg):
         super()._on_command(msg)
-        if self.source.received > 40:
+        if self.source.received > 20:
             raise ValueError('broken on purpose')
 sys.exit(process.run(Failing, sys.argv[1:], commands_wheels=True))
 """

@@ -73,6 +73,19 @@ def test_help_shows_topics_and_an_example(capsys):
     assert 'cmd_vel_limited' in shown and 'ros2 run mecanum_base drive_node' in shown
 
 
+def test_a_hangup_that_is_ignored_on_purpose_stays_ignored():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with process._signals() as stop:
+            signal.raise_signal(signal.SIGHUP)
+            assert stop.reason == ''
+            signal.raise_signal(signal.SIGTERM)
+            signal.raise_signal(signal.SIGINT)
+            assert stop.reason == 'received SIGTERM'  # the first one counts
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
 SEVERAL = """
 import sys
 from rclpy.node import Node

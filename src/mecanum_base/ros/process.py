@@ -137,7 +137,9 @@ def _close(nodes: Sequence[Node]) -> None:
 def _signals() -> Iterator[StopRequest]:
     """Own signal handlers for the time of the block; Python allows them in the main thread."""
     stop = StopRequest()
-    before = {number: signal.signal(number, stop) for number in SIGNALS}
+    wanted = [number for number in SIGNALS
+              if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN]  # nohup
+    before = {number: signal.signal(number, stop) for number in wanted}
     try:
         yield stop
     finally:
