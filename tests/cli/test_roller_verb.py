@@ -93,6 +93,7 @@ def test_without_the_mesh_library_the_package_to_install_is_named(tmp_path, caps
     (['--radius', '0.05', '--pin-radius', '0.047', '--count', '9'],
      'the roller would end in a point before the next roller takes over'),
     (['--radius', '0.05', '--pin-radius', '0.06', '--count', '9'], 'below the wheel radius'),
+    (['--radius', '50', '--pin-radius', '40', '--count', '9'], 'is in metres: 50 mm is 0.05'),
     (['--radius', '-1', '--pin-radius', '0.06', '--count', '9'], 'radius'),
     (['--radius', '0.05', '--pin-radius', '0.04', '--count', '2'], 'at least 3 rollers'),
     ([*WHEEL, '--angle', '0'], 'cannot drive'), ([*WHEEL, '--length', '0.2'], 'length'),

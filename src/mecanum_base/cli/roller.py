@@ -29,6 +29,7 @@ mecanum roller --radius 0.05 --pin-radius 0.040 --count 9 --angle 45 --length 0.
 
 exit codes: 0 fine, 1 the rollers are too short to take over from each other, 2 impossible wheel"""
 _SAMPLES = 181  # rows of the CSV file, odd: the middle of the roller is one of them
+_LARGEST = 2.0  # m; a larger wheel was given in millimetres
 _RADIANS_UP_TO = 1.58  # bare angles up to here are radians, above degrees
 
 
@@ -69,6 +70,8 @@ def _angle(text: str) -> float:
 
 def run(options: argparse.Namespace) -> int:
     """Print and write; 1 where the rollers leave a gap. ConfigError for an impossible wheel."""
+    if options.radius > _LARGEST:
+        raise ConfigError('--radius', options.radius, 'is in metres: 50 mm is 0.05', 'm')
     shape = RollerShape(options.radius, options.pin_radius, options.angle)
     sizing = size(shape, options.count, options.length)
     print('\n'.join(_describe(shape, options.count, sizing)))
