@@ -60,8 +60,9 @@ def main():
     print(f'setting up {venv} with {source} (once, about a minute) ...', flush=True)
     options = ['--system-site-packages'] if has_ros else []
     run([sys.executable, '-m', 'venv', *options, venv], env=environment)
-    pip = [venv / 'bin' / 'python', '-m', 'pip', 'install', '-q',
+    pip = [venv / 'bin' / 'python', '-m', 'pip', 'install', '-q', '--no-compile',
            '--disable-pip-version-check']
+    run([*pip, '--upgrade', 'pip'], env=environment)  # old ones resolve and install far slower
     extras = EXTRAS if has_ros else ['ros', *EXTRAS]
     run([*pip, '-e', f'.[{",".join(extras)}]'], env=environment)
     print(f'{venv} is ready', flush=True)
