@@ -1,6 +1,7 @@
 """Messages become samples; poses, resets and the IMU mount are applied by the data's own time."""
 
 import math
+import random
 from types import SimpleNamespace as Made
 
 import numpy as np
@@ -219,3 +220,69 @@ def test_a_clock_set_back_by_hours_goes_on_from_the_last_pose(robot):
     assert intake.estimator.health.restarts == 1
     assert found[-1].pose[0] == pytest.approx(3.0, abs=0.01)
     assert found[-1].stamp_ns < START
+
+
+# --- wild data ----------------------------------------------------------------------------------
+
+WILD = (math.nan, math.inf, -math.inf, 1e308, -1e308, 1e-308, 1e18)
+
+
+class Wild:
+    """Random messages of all kinds: right and wrong names, lengths, numbers and stamps."""
+
+    def __init__(self, seed, joints):
+        self.rng, self.joints = random.Random(seed), list(joints)
+
+    def number(self, size):
+        return self.rng.choice(WILD) if self.rng.random() < 0.1 else self.rng.gauss(0.0, size)
+
+    def vector(self, size):
+        return Made(x=self.number(size), y=self.number(size), z=self.number(size))
+
+    def header(self, now):
+        if self.rng.random() < 0.15:
+            now += self.rng.choice([-5_000_000, 10**9, -10**9, 10**12, -10**12, -now])
+        seconds, nanoseconds = divmod(now, 10**9)
+        return Made(stamp=Made(sec=seconds, nanosec=nanoseconds),
+                    frame_id=self.rng.choice(['', 'odom', 'x']))
+
+    def feed(self, intake, now):
+        rng, kind = self.rng, self.rng.random()
+        if kind < 0.4:
+            names = rng.choice([self.joints, self.joints[::-1], self.joints[:2], ['arm'],
+                                self.joints + self.joints])
+            length = len(names) if rng.random() < 0.9 else rng.randrange(6)
+            return intake.joint_states(Made(
+                header=self.header(now), name=list(names),
+                position=[self.number(1.0) for _ in range(length)],
+                velocity=[self.number(9.0) for _ in range(rng.choice([0, len(names)]))]))
+        if kind < 0.9:
+            return intake.imu(Made(
+                header=self.header(now), angular_velocity=self.vector(1.0),
+                linear_acceleration=self.vector(5.0),
+                angular_velocity_covariance=[rng.choice([0.0, 0.0, -1.0])] + [0.0] * 8,
+                linear_acceleration_covariance=[rng.choice([0.0, -1.0])] + [0.0] * 8))
+        if kind < 0.94:
+            good = np.eye(6).ravel().tolist()
+            turn = Made(x=0.0, y=0.0, z=self.number(1.0), w=self.number(1.0))
+            return intake.set_pose(Made(header=self.header(now), pose=Made(
+                pose=Made(position=self.vector(5.0), orientation=turn),
+                covariance=rng.choice([good, [self.number(1.0) for _ in range(36)]]))))
+        if kind < 0.97:
+            return intake.odometry_reset(self.header(now))
+        return intake.wheel_ticks(Made(data=[rng.choice([0, 2**63 - 1, -2**63])] * 4), now)
+
+
+@pytest.mark.parametrize('seed', range(8))
+def test_wild_messages_never_raise_nor_give_an_estimate_that_is_not_sound(robot, seed):
+    wild, intake, now = Wild(seed, robot.base.joint), Intake(robot), START
+    for _ in range(300):
+        now += wild.rng.choice([1_000_000, 5_000_000, 10_000_000])
+        for estimate in wild.feed(intake, now):
+            for numbers in (estimate.pose, estimate.twist, estimate.pose_covariance,
+                            estimate.twist_covariance, estimate.slip.rate):
+                assert np.all(np.isfinite(numbers))
+            assert np.all((estimate.slip.probability >= 0.0) & (estimate.slip.probability <= 1.0))
+            eigenvalues = np.linalg.eigvalsh(estimate.pose_covariance)
+            assert eigenvalues[0] > -1e-9 * max(1.0, eigenvalues[-1])
+    assert sum(intake.estimator.health.rejected.values()) > 50

@@ -13,6 +13,8 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
+
 from mecanum_base import messages
 from mecanum_base.core.estimation.estimator import Estimator
 from mecanum_base.core.frame_tree import FrameTree
@@ -30,6 +32,7 @@ from mecanum_base.robot import Robot
 Estimates = tuple[Estimate, ...]
 MOUNT_WAIT = 5.0  # s of data that wait for the mount of the IMU before it is left out
 _MOST_AHEAD = 16  # poses and resets that wait for data with their stamp
+_FARTHEST = 1e9  # m, m^2: what a pose or its variance may be
 _NANOSECONDS = 1_000_000_000
 
 
@@ -102,6 +105,10 @@ class Intake:
 
     def handle(self, sample: Sample) -> Estimates:
         """Take one sample; the estimates that are now settled."""
+        with np.errstate(all='ignore'):  # absurd values are judged, not warned of
+            return self._take(sample)
+
+    def _take(self, sample: Sample) -> Estimates:
         if self._holding:
             self._held.append(sample)
             waited = sample.stamp_ns - self._held[0].stamp_ns
@@ -130,6 +137,11 @@ class Intake:
                 '', frames.odom_frame_id, frames.tf_frame_prefix + frames.odom_frame_id):
             self.estimator.reject('set_pose', f'in frame {sample.frame!r} instead of '
                                   f'{frames.odom_frame_id!r}')
+            return ()
+        if isinstance(sample, PoseSample) and not (
+                np.all(np.abs(sample.pose) < _FARTHEST)
+                and np.all(np.abs(sample.covariance) < _FARTHEST)):
+            self.estimator.reject('set_pose', 'not a number or out of range')
             return ()
         newest = self.estimator.newest_ns
         if newest is None or sample.stamp_ns > newest:
