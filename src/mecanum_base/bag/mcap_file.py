@@ -21,10 +21,12 @@ from mecanum_base.bag.mcap_records import (
     HEAD,
     MAGIC,
     MESSAGE,
+    PRIVATE,
     SCHEMA,
     ChunkHeader,
     Tables,
     block_of_records,
+    has_shape,
 )
 from mecanum_base.bag.piece import DamagedPiece, Piece, Source
 from mecanum_base.core.errors import BagError
@@ -82,7 +84,7 @@ class _Walk:
             head = self.bytes_at(at, 9)
             opcode, length = HEAD.unpack(head) if len(head) == 9 else (0, 0)
             end = at + 9 + length
-            if opcode == FOOTER and length == 20:
+            if opcode == FOOTER and length == 20 and end + len(MAGIC) >= self.size:
                 self._close_run(at)
                 return
             if not self._accept(opcode, at, length, end):
@@ -97,8 +99,12 @@ class _Walk:
         self.loss.add('the file has no end mark: its recorder was stopped hard', 0, None)
 
     def _accept(self, opcode: int, at: int, length: int, end: int) -> bool:
-        if opcode == 0 or 15 < opcode < 128 or end > self.size:
+        if opcode in (0, FOOTER) or 15 < opcode < PRIVATE or end > self.size:
             return False
+        if opcode >= PRIVATE:
+            self.loss.add(f'a record of an unknown kind at {at} was skipped', 9 + length, None)
+        elif not has_shape(opcode, length, self.bytes_at(at + 9, min(length, 64))):
+            return False  # damage that looks like a harmless record would hide what it covers
         if opcode == CHUNK:
             return self._chunk(at, length)
         if opcode in (SCHEMA, CHANNEL):

@@ -18,10 +18,38 @@ from mecanum_base.bag.piece import DamagedPiece
 
 MAGIC = b'\x89MCAP0\r\n'
 FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, STATISTICS, DATA_END = 2, 3, 4, 5, 6, 11, 15
+PRIVATE = 128  # opcodes from here on belong to whoever writes them
 HEAD = struct.Struct('<BQ')
 _CHUNK_HEAD = struct.Struct('<QQQII')
 LARGEST_CHUNK = 1 << 30  # bytes; no known writer comes near, a damaged size does
 COMPRESSIONS = ('', 'lz4', 'zstd')
+
+
+def has_shape(opcode: int, length: int, content: bytes) -> bool:
+    """Whether a record without messages has a length (and inner lengths) of its own kind.
+
+    ``content`` are its first bytes, up to 64.
+    """
+    if opcode in _FIXED:
+        return length == _FIXED[opcode]
+    if opcode == _MESSAGE_INDEX:
+        return len(content) >= 6 and struct.unpack_from('<I', content, 2)[0] == length - 6
+    if opcode == STATISTICS:
+        return len(content) >= 46 and struct.unpack_from('<I', content, 42)[0] == length - 46
+    if opcode == _CHUNK_INDEX:
+        return len(content) >= 36 and struct.unpack_from('<I', content, 32)[0] + 64 <= length
+    if opcode == _ATTACHMENT:
+        return len(content) >= 20 and struct.unpack_from('<I', content, 16)[0] + 36 <= length
+    if opcode in (_HEADER, _METADATA, _METADATA_INDEX):
+        at = 16 if opcode == _METADATA_INDEX else 0
+        return (len(content) >= at + 4 and length < _LARGEST_TEXT
+                and struct.unpack_from('<I', content, at)[0] + at + 4 <= length)
+    return True
+
+
+_HEADER, _MESSAGE_INDEX, _CHUNK_INDEX, _ATTACHMENT, _METADATA, _METADATA_INDEX = 1, 7, 8, 9, 12, 13
+_FIXED = {FOOTER: 20, DATA_END: 4, 14: 17}  # 14 = summary offset
+_LARGEST_TEXT = 1 << 24
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,7 +156,12 @@ def _text(content: bytes, at: int) -> tuple[str, int]:
     end = at + 4 + length
     if end > len(content):
         raise struct.error
-    return content[at + 4:end].decode(), end
+    return printable(content[at + 4:end].decode()), end
+
+
+def printable(text: str) -> str:
+    """A name from a file without control characters, which have no place on a terminal."""
+    return text if text.isprintable() else ''.join(c if c.isprintable() else '?' for c in text)
 
 
 def block_of_records(data: bytes, tables: Tables) -> Block:

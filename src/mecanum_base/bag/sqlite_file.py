@@ -10,6 +10,7 @@ import sqlite3
 import numpy as np
 
 from mecanum_base.bag.block import Block, Channel, Loss
+from mecanum_base.bag.mcap_records import printable
 from mecanum_base.bag.piece import DamagedPiece, Piece, Source
 from mecanum_base.core.errors import BagError
 
@@ -38,7 +39,7 @@ def open_sqlite(path: str) -> Source:
     except (sqlite3.Error, OverflowError, MemoryError) as error:
         base.close()
         raise BagError(f'{path}: is no readable rosbag2 database: {error}') from None
-    topics = {row[0]: Channel(str(row[1]), str(row[2]), str(row[3])) for row in rows}
+    topics = {row[0]: Channel(*(printable(str(text)) for text in row[1:])) for row in rows}
     if not count or not isinstance(low, int) or not isinstance(high, int):
         return Source(path, size, (), Loss(), base.close)
     windows = max(1, -(-int(count) // _PER_PIECE))

@@ -81,8 +81,9 @@ def robust_fit(design: FloatArray, target: FloatArray, cluster: IntArray,
         part, pull = _normal(design[own], target[own], weight[own] / scale**2, 0.0 * ridge,
                              centre)
         without = np.linalg.lstsq(normal - part, right - pull, rcond=1e-12)[0]
-        covariance += np.outer(without - value, without - value)
-    covariance = covariance * ((len(groups) - 1) / len(groups))
+        step: FloatArray = without - value
+        covariance += np.outer(step, step)
+    covariance *= (len(groups) - 1) / len(groups)
     total = np.maximum(share.sum(axis=1), 1e-300)
     carried = np.maximum(2, np.round(total**2 / np.maximum((share**2).sum(axis=1), 1e-300)))
     return Fit(value, covariance, carried.astype(np.int64), scale)

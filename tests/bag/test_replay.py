@@ -1,0 +1,205 @@
+import json
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from mecanum_base.bag.replay import replay
+from mecanum_base.bag.summary import summary_of
+from mecanum_base.bag.topics import Topics
+from mecanum_base.core.errors import BagError
+from mecanum_base.robot import Robot
+from mecanum_base.robot_file import parse_parameters
+
+ROBOT = '''/**:
+  ros__parameters:
+    wheels:
+      joint: [front_left_wheel_joint, front_right_wheel_joint, rear_left_wheel_joint,
+              rear_right_wheel_joint]
+      x: [0.2, 0.2, -0.2, -0.2]
+      y: [0.15, -0.15, 0.15, -0.15]
+      axle: [1.5707963267948966, 1.5707963267948966, 1.5707963267948966, 1.5707963267948966]
+      roller: [0.7853981633974483, -0.7853981633974483, -0.7853981633974483, 0.7853981633974483]
+      radius: [0.05, 0.05, 0.05, 0.05]
+    encoder: {counts_per_revolution: 4096.0}
+    imu: {}
+'''
+
+
+def robot_of(text=ROBOT):
+    return Robot.from_mapping(parse_parameters(text, 'test'))
+
+
+def run(path, out, robot=None, topics=None):
+    robot = robot or robot_of()
+    return replay([str(path)], robot, out, topics or Topics.of(robot))
+
+
+def column(out, name, file='track.csv'):
+    lines = (pathlib.Path(out) / file).read_text().splitlines()
+    index = lines[0].split(',').index(name)
+    return [line.split(',')[index] for line in lines[1:]]
+
+
+def test_straight_driving_gives_the_distance_of_the_wheels(tmp_path, make):
+    done = run(make.write_mcap(tmp_path / 'a.mcap', make.drive(4.0)), tmp_path / 'out')
+    # 199 steps of 4 rad/s / 50 Hz at 0.05 m radius
+    assert float(column(tmp_path / 'out', 'x')[-1]) == pytest.approx(199 * 4 / 50 * 0.05, rel=0.01)
+    assert float(column(tmp_path / 'out', 'y')[-1]) == pytest.approx(0.0, abs=0.01)
+    assert set(column(tmp_path / 'out', 'source')) <= {'encoder', 'predicted'}
+    assert done.course.path == pytest.approx(199 * 4 / 50 * 0.05, rel=0.05)
+    assert len(column(tmp_path / 'out', 'stamp', 'slip.csv')) == len(
+        column(tmp_path / 'out', 'stamp'))
+
+
+def test_any_arrival_order_within_the_wait_gives_the_same_bytes(tmp_path, make):
+    """Contract, section 5: log times shuffled by up to reorder_wait (20 ms), stamps kept."""
+    entries = [e for e in make.drive(0.4) if e[0] != '/wheel_ticks']
+    generator = np.random.default_rng(1)
+    tracks = set()
+    for index in range(50):
+        shuffled = sorted(((t, s + int(generator.integers(0, 19_000_000)), m)
+                           for t, s, m in entries), key=lambda e: e[1])
+        path = make.write_mcap(tmp_path / f'{index}.mcap', shuffled)
+        run(path, tmp_path / 'out')
+        tracks.add((tmp_path / 'out' / 'track.csv').read_bytes())
+    assert len(tracks) == 1
+
+
+def test_bulk_and_message_by_message_decoding_give_the_same_bytes(tmp_path, make):
+    """Big-endian messages take the slow way."""
+    entries = make.drive(1.0)
+    run(make.write_mcap(tmp_path / 'a.mcap', entries), tmp_path / 'bulk')
+    slow = [(t, s, (m.__msgtype__, make.serialized(m, False))) for t, s, m in entries]
+    run(make.write_mcap(tmp_path / 'b.mcap', slow), tmp_path / 'slow')
+    for name in ('track.csv', 'slip.csv', 'odometry.tum'):
+        assert (tmp_path / 'bulk' / name).read_bytes() == (tmp_path / 'slow' / name).read_bytes()
+
+
+def test_topics_are_found_with_and_without_a_leading_slash(tmp_path, make):
+    entries = make.drive(0.5)
+    run(make.write_mcap(tmp_path / 'a.mcap', entries), tmp_path / 'a')
+    bare = [(t.lstrip('/'), s, m) for t, s, m in entries]
+    run(make.write_mcap(tmp_path / 'b.mcap', bare), tmp_path / 'b')
+    assert (tmp_path / 'a' / 'track.csv').read_bytes() == (
+        tmp_path / 'b' / 'track.csv').read_bytes()
+
+
+def test_recorded_set_pose_and_reset_are_applied_at_their_stamps(tmp_path, make):
+    entries = make.drive(4.0)
+    at = make.T0 + 1_000_000_000
+    entries.append(('/set_pose', at + 1000, make.set_pose(at, (10.0, 5.0, 0.0))))
+    later = make.T0 + 3_000_000_000
+    entries.append(('/odometry_reset', later + 1000, make.header(later)))
+    run(make.write_mcap(tmp_path / 'a.mcap', sorted(entries, key=lambda e: e[1])),
+        tmp_path / 'out')
+    stamp = np.array(column(tmp_path / 'out', 'stamp'), float) - 1_700_000_000
+    x, y = (np.array(column(tmp_path / 'out', n), float) for n in 'xy')
+    assert x[stamp < 0.99].max() < 1.0
+    middle = (stamp > 1.02) & (stamp < 2.98)
+    assert y[middle] == pytest.approx(5.0, abs=0.05)
+    assert x[middle].min() > 9.9 and x[middle].max() < 10.6
+    after = stamp > 3.02
+    assert np.abs(y[after]).max() < 0.05 and x[after].max() < 0.5
+
+
+def test_wheel_ticks_take_the_log_time(tmp_path, make):
+    robot = robot_of(ROBOT.replace('encoder: {', 'encoder: {source: wheel_ticks, '))
+    run(make.write_mcap(tmp_path / 'a.mcap', make.drive(2.0)), tmp_path / 'out', robot)
+    stamps = column(tmp_path / 'out', 'stamp')
+    # ticks are logged 70 us behind the grid of 20 ms
+    assert '1700000001.000070000' in stamps
+    assert float(column(tmp_path / 'out', 'x')[-1]) == pytest.approx(99 * 4 / 50 * 0.05, rel=0.02)
+
+
+def test_the_imu_can_be_left_out(tmp_path, make):
+    robot = robot_of()
+    path = make.write_mcap(tmp_path / 'a.mcap', make.drive(1.0))
+    done = run(path, tmp_path / 'out', robot, Topics.of(robot, use_imu=False))
+    assert done.reader.read['imu'] == 0
+    assert done.intake.estimator.health.imu == 'none'
+
+
+def test_malformed_messages_are_counted_by_reason(tmp_path, make):
+    entries = make.drive(1.0)
+    bad = make.joint_state(make.T0 + 5, [1.0, 2.0], make.WHEELS)
+    entries.insert(5, ('/joint_states', entries[5][1], bad))
+    entries.insert(9, ('/joint_states', entries[9][1], ('sensor_msgs/msg/JointState', b'\0\1')))
+    robot = robot_of()
+    topics = Topics.of(robot)
+    (tmp_path / 'r.yaml').write_text(ROBOT)
+    done = run(make.write_mcap(tmp_path / 'a.mcap', entries), tmp_path / 'out', robot, topics)
+    summary = summary_of(done, topics, str(tmp_path / 'r.yaml'))
+    rejected = summary['messages']['joint_states']['rejected']
+    assert rejected['array length differs from name'] == 1
+    assert rejected['the bytes do not fit the type'] == 1
+    assert summary['messages']['joint_states']['read'] == 52
+    json.dumps(summary, allow_nan=False)
+
+
+def test_a_bag_without_the_encoder_topic_names_what_it_has(tmp_path, make):
+    entries = [(t.replace('/joint_states', '/robot/joint_states'), s, m)
+               for t, s, m in make.drive(0.5)]
+    path = make.write_mcap(tmp_path / 'a.mcap', entries)
+    with pytest.raises(BagError, match='--encoder-topic /robot/joint_states'):
+        run(path, tmp_path / 'out')
+    robot = robot_of()
+    done = run(path, tmp_path / 'out', robot, Topics.of(robot, encoder='robot/joint_states'))
+    assert done.course.rows > 10
+
+
+def test_joints_that_are_not_in_the_robot_file_are_named(tmp_path, make):
+    entries = [('/joint_states', s, make.joint_state(s, [0.1] * 4, ('a', 'b', 'c', 'd')))
+               for s in range(make.T0, make.T0 + 10**9, 10**8)]
+    with pytest.raises(BagError, match='names a wheel of the robot file'):
+        run(make.write_mcap(tmp_path / 'a.mcap', entries), tmp_path / 'out')
+
+
+def test_a_topic_of_the_wrong_type_is_named(tmp_path, make):
+    robot = robot_of()
+    with pytest.raises(BagError, match='needs sensor_msgs/msg/JointState or'):
+        run(make.write_mcap(tmp_path / 'a.mcap', make.drive(0.2)), tmp_path / 'out', robot,
+            Topics.of(robot, encoder='/imu/data_raw'))
+
+
+def command(*words):
+    return subprocess.run([sys.executable, '-m', 'mecanum_base', 'replay', *map(str, words)],
+                          capture_output=True, text=True, timeout=120)
+
+
+def test_the_command_writes_four_files_and_keeps_the_pipe_clean(tmp_path, make):
+    path = make.write_mcap(tmp_path / 'a.mcap', make.drive(1.0))
+    (tmp_path / 'robot.yaml').write_text(ROBOT)
+    done = command(path, '--robot', tmp_path / 'robot.yaml', '--out', tmp_path / 'out')
+    assert done.returncode == 0 and done.stderr == ''
+    assert '\r' not in done.stdout and '\x1b' not in done.stdout
+    assert sorted(p.name for p in (tmp_path / 'out').iterdir()) == [
+        'odometry.tum', 'slip.csv', 'summary.json', 'track.csv']
+    summary = json.loads((tmp_path / 'out' / 'summary.json').read_text())
+    for key in ('messages', 'duration', 'distance', 'slip_episodes', 'health', 'run', 'versions',
+                'robot_file'):
+        assert key in summary
+    assert len(summary['robot_file']['sha256']) == 64
+
+
+@pytest.mark.parametrize('case', ['no bag', 'text', 'cut', 'robot'])
+def test_bad_input_is_one_line_and_code_2_or_a_stated_loss(tmp_path, make, case):
+    good = make.write_mcap(tmp_path / 'a.mcap', make.drive(2.0), chunk_size=4096)
+    robot = tmp_path / 'robot.yaml'
+    robot.write_text(ROBOT)
+    path = tmp_path / 'b.mcap'
+    if case == 'text':
+        path.write_text('not a bag')
+    elif case in ('cut', 'robot'):
+        path.write_bytes(pathlib.Path(good).read_bytes()[:9000])
+    if case == 'robot':
+        robot.write_text(ROBOT.replace('radius: [0.05', 'radius: [-0.05'))
+    done = command(path, '--robot', robot, '--out', tmp_path / 'out')
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert 'Traceback' not in done.stderr
+    if case == 'cut':
+        assert done.returncode == 0 and 'lost' in done.stderr and 'bytes' in done.stderr
+    else:
+        assert done.returncode == 2
