@@ -9,13 +9,13 @@ import pytest
 pytest.importorskip('rclpy')
 pytest.importorskip('rosbags')
 
-from mecanum_base.cli.main import main  # noqa: E402
-from mecanum_base.demo.recording import read_result  # noqa: E402
-from mecanum_base.demo.stage import perform, phases  # noqa: E402
-from mecanum_base.demo.table import table  # noqa: E402
-from mecanum_base.robot import Robot  # noqa: E402
-from mecanum_base.robot_file import read_parameters, shipped  # noqa: E402
-from mecanum_base.sim.scenario_file import load_scenario  # noqa: E402
+from mecanum_base.cli.main import main
+from mecanum_base.demo.recording import read_result
+from mecanum_base.demo.stage import perform, phases
+from mecanum_base.demo.table import table
+from mecanum_base.robot import Robot
+from mecanum_base.robot_file import read_parameters, shipped
+from mecanum_base.sim.scenario_file import load_scenario
 
 SHORT = """
 title: a short drive

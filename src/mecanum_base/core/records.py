@@ -87,7 +87,8 @@ class SlipEstimate:
     ``rate`` (W,) rad/s: wheel rate minus rolling-consistent rate; ``angle`` (W,) rad: its
     integral; ``probability`` (W,): that the wheel slips now; ``body_probability``: that any
     wheel does; ``ratio`` (W + 1,): Tlale's s (T eq. 4) per wheel, then of the body, NaN where
-    undefined; ``twist`` (3,): wheel twist minus body twist in base_link; ``twist_covariance`` (3, 3).
+    undefined; ``twist`` (3,): wheel twist minus body twist in base_link, and its
+    ``twist_covariance`` (3, 3).
     """
 
     rate: FloatArray
