@@ -128,6 +128,21 @@ def test_a_late_listener_hears_static_transforms():
         script.wait_for(lambda: heard, 'the latched transform')
 
 
+def test_bytes_that_are_no_transforms_are_skipped():
+    transforms = Transforms()
+    if transforms.native:
+        pytest.skip('a compiled publisher takes no bytes')
+    with Script() as script:
+        heard, rng = [], random.Random(8)
+        publisher = script._bench.create_publisher(transforms.message, 'tf', SENSOR_PUBLISHER)
+        transforms.listen(script._bench, 'tf', SENSOR_PUBLISHER, heard.extend)
+        for _ in range(50):
+            script.publish(publisher, b'\0\1\0\0' + rng.randbytes(rng.randrange(4, 90)))
+        heard.clear()
+        script.publish(publisher, encode([transform(rng)]))
+        assert len(heard) == 1
+
+
 def test_many_contexts_one_after_the_other_keep_working():
     transforms = Transforms()
     for round_number in range(10):

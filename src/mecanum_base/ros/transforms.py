@@ -68,11 +68,21 @@ class Transforms:
 
     def listen(self, node: Any, topic: str, qos: Any,
                callback: Callable[[list[Transform]], None]) -> Any:
-        """Subscribe to a transform topic; None where transforms are not available."""
+        """Subscribe to a transform topic; None where transforms are not available.
+
+        A message that cannot be read is skipped, with a warning in the log.
+        """
         if not self.available:
             return None
-        return node.create_subscription(
-            self.message, topic, lambda raw: callback(decode(bytes(raw))), qos, raw=True)
+
+        def receive(raw: Any) -> None:
+            try:
+                transforms = decode(bytes(raw))
+            except MalformedTransform as error:
+                node.get_logger().warning(f'{topic}: {error}', throttle_duration_sec=10.0)
+                return
+            callback(transforms)
+        return node.create_subscription(self.message, topic, receive, qos, raw=True)
 
 
 def encode(transforms: list[Any]) -> bytes:
