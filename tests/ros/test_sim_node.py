@@ -234,3 +234,29 @@ def test_a_computer_too_slow_lets_time_pass_and_says_so(script, robot):
     script.wait_for(lambda: node._slowed > 0.0, 'a step', 20.0)
     assert node._slowed == pytest.approx(10.0, abs=1.0)
     assert 'slower than real time' in statuses(node)['simulation'].message
+
+
+def test_nodes_on_simulated_time_follow_its_clock(script, robot):
+    """Ticks have no stamp: the odometry node stamps them with the clock it hears."""
+    from mecanum_base.ros.odometry_node import OdometryNode
+    robot['sim']['publish_clock'] = True
+    robot['encoder']['source'] = 'wheel_ticks'
+    odometry = script.add(OdometryNode, robot=robot, stepped=False,
+                          parameters={'use_sim_time': True})
+    odom = script.listen(Odometry, 'odom')
+    bench = Bench(script, robot)
+    bench.drive(1.0, [4.0] * 4)
+    assert odometry.get_clock().now().nanoseconds == script.now_ns
+    last = odom[-1]
+    behind = script.now_ns - last.header.stamp.sec * 10**9 - last.header.stamp.nanosec
+    assert 0 < behind < 60_000_000  # the reorder wait and a step of the script
+    assert last.pose.pose.position.x == pytest.approx(
+        bench.truth[-1].pose.pose.position.x, abs=0.03)
+
+
+def test_its_clock_runs_at_the_rate_it_is_told(script, robot):
+    robot['sim'].update(publish_clock=True, rate_factor=0.25)
+    node = script.add(SimNode, robot=robot, stepped=False)
+    begin, start = time.monotonic(), node.simulation.now_ns
+    script.wait_for(lambda: node.simulation.now_ns - start > 0.05e9, 'time to pass', 20.0)
+    assert (node.simulation.now_ns - start) * 1e-9 <= 0.25 * (time.monotonic() - begin) + 1e-3
