@@ -2,7 +2,7 @@
 
 The file is walked record by record; only heads are read. Where a record cannot be right, the walk
 looks for the next chunk and goes on there; what lies between is stated as lost. The summary at
-the end of a file is not needed and not believed.
+the end of a file is not needed; only its count of messages is held against what was read.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from mecanum_base.bag.mcap_records import (
     MESSAGE,
     PRIVATE,
     SCHEMA,
+    STATISTICS,
     ChunkHeader,
     Tables,
     block_of_records,
@@ -55,7 +56,7 @@ def open_mcap(path: str) -> Source:
         os.close(handle)
         raise
     return Source(path, walk.size, tuple(walk.pieces), walk.loss,
-                  functools.partial(os.close, handle))
+                  functools.partial(os.close, handle), walk.stated)
 
 
 class _Walk:
@@ -68,6 +69,7 @@ class _Walk:
         self._cache, self._cache_at = b'', 0
         self._run_start: int | None = None
         self._run_times: list[int] = []
+        self.stated: int | None = None
 
     def bytes_at(self, at: int, count: int) -> bytes:
         """Up to ``count`` bytes from position ``at``."""
@@ -114,6 +116,8 @@ class _Walk:
                 self.tables.add(opcode, self.bytes_at(at + 9, length))
             except DamagedPiece:
                 return False
+        elif opcode == STATISTICS:
+            self.stated = int.from_bytes(self.bytes_at(at + 9, 8), 'little')
         elif opcode == MESSAGE:
             if length < 22:
                 return False

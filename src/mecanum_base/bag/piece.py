@@ -29,10 +29,14 @@ class Piece:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
-    """One file of a recording: its pieces in file order and what its index already lost."""
+    """One file of a recording: its pieces in file order and what its index already lost.
+
+    ``stated``: how many messages the file says it holds; None where it does not say.
+    """
 
     name: str
     size: int
     pieces: tuple[Piece, ...]
     loss: Loss
     close: Callable[[], None]
+    stated: int | None = None

@@ -97,6 +97,7 @@ class Bag:
                 whole = whole.take(np.arange(ready))
             if len(whole):
                 yield whole
+        self._compare_counts()
 
     def close(self) -> None:
         """Close all files."""
@@ -152,6 +153,15 @@ class Bag:
                 self.loss.add(f'{os.path.basename(path)} does not unpack to its end (zstd: '
                               f'{error})', 0, None)
         return target
+
+    def _compare_counts(self) -> None:
+        """State a loss that left no other trace."""
+        stated = [source.stated for source in self._sources]
+        total = sum(self.counts.values())
+        wanted = sum(count or 0 for count in stated)
+        if None not in stated and total < wanted and not self.loss:
+            self.loss = self.loss.plus(Loss())
+            self.loss.add(f'{total} messages could be read of {wanted} that were written', 0, None)
 
     def _loaded(self, piece: Piece, source: Source, damaged: Loss) -> Block | None:
         try:
