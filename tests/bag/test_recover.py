@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import sys
@@ -118,14 +119,20 @@ KILLED = textwrap.dedent('''
 ''')
 
 
-@pytest.fixture
-def killed(tmp_path):
+@pytest.fixture(scope='module')
+def killed_once(tmp_path_factory):
     """The folder of a recording whose process was killed 7 messages after its last flush."""
-    folder = tmp_path / 'killed'
+    folder = tmp_path_factory.mktemp('once') / 'killed'
     script = KILLED.format(tests=str(pathlib.Path(__file__).parent), folder=str(folder))
     done = subprocess.run([sys.executable, '-c', script], timeout=60, check=False)
     assert done.returncode == -signal.SIGKILL
     return folder
+
+
+@pytest.fixture
+def killed(killed_once, tmp_path):
+    """A copy of it for one test."""
+    return shutil.copytree(killed_once, tmp_path / 'killed')
 
 
 def test_a_killed_recorder_loses_only_what_came_after_the_last_flush(killed):

@@ -9,8 +9,7 @@ pytest.importorskip('rclpy')
 pytest.importorskip('mcap')
 pytest.importorskip('rosbags')
 
-import yaml
-from geometry_msgs.msg import PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Header, Int64MultiArray
 from std_srvs.srv import Trigger
@@ -23,10 +22,12 @@ from mecanum_base.bag.track import TrackWriter
 from mecanum_base.core.records import ImuSample, TickSample, WheelSample
 from mecanum_base.intake import Intake
 from mecanum_base.robot import Robot
-from mecanum_base.ros.odometry_node import OdometryNode
+from mecanum_base.robot_file import read_parameters
+from mecanum_base.ros.odometry_node import STATIC, OdometryNode
 from mecanum_base.ros.qos import SENSOR_PUBLISHER
 from mecanum_base.ros.record_node import RecordNode
 from mecanum_base.ros.scripted import Script
+from mecanum_base.ros.transforms import Transforms
 from mecanum_base.sim.simulation import Simulation
 
 ROBOT = pathlib.Path(__file__).parents[2] / 'config' / 'mecanum4.yaml'
@@ -171,12 +172,6 @@ def test_a_replayed_bag_gives_the_bytes_of_the_intake(tmp_path):
     assert replayed(robot, record(tmp_path / 'bag', arrivals), tmp_path / 'out') == live
 
 
-def robot_on_ticks():
-    mapping = yaml.safe_load(ROBOT.read_text())['/**']['ros__parameters']
-    mapping['encoder']['source'] = 'wheel_ticks'
-    return mapping
-
-
 class Tap:
     """Writes what a live odometry node publishes into track files."""
 
@@ -197,17 +192,28 @@ class Tap:
         return (self.folder / 'track.csv').read_bytes()
 
 
-@pytest.mark.parametrize('source', ['joint_states', 'wheel_ticks'])
-def test_what_the_node_published_is_what_replay_of_the_recording_writes(tmp_path, source):
+def mount_message():
+    msg = TransformStamped()
+    msg.header.frame_id, msg.child_frame_id = 'base_link', 'imu_link'
+    msg.transform.translation.x, msg.transform.rotation.w = 0.05, 1.0
+    return msg
+
+
+@pytest.mark.parametrize('source,from_tf', [('joint_states', False), ('wheel_ticks', False),
+                                            ('joint_states', True)])
+def test_what_the_node_published_is_what_replay_of_the_recording_writes(tmp_path, source, from_tf):
     """Odometry node and record node hear the same topics; the bag replays to the same bytes.
 
-    All messages travel through DDS; a reset is asked for by service and a pose is given.
+    All messages travel through DDS; a reset is asked for by service and a pose is given; the
+    mount of the IMU is in the robot file or comes on tf_static, in the middle of the data.
     """
-    mapping = robot_on_ticks()
+    mapping = read_parameters(ROBOT)
     mapping['encoder']['source'] = source
+    mapping['imu']['from_tf'] = from_tf
     robot = Robot.from_mapping(mapping)
     with Script(start_ns=START) as script:
         found = simulated(robot, 0.8)
+        tell_mount = Transforms().sender(script._bench, 'tf_static', STATIC)
         publishers = {
             JointState: script.publisher(JointState, 'joint_states', SENSOR_PUBLISHER),
             Int64MultiArray: script.publisher(Int64MultiArray, 'wheel_ticks', SENSOR_PUBLISHER),
@@ -224,6 +230,9 @@ def test_what_the_node_published_is_what_replay_of_the_recording_writes(tmp_path
             if arrival > script.now_ns:
                 script.move_to(arrival)
             script.publish(publishers[type(msg)], msg)
+            if index == 100:
+                tell_mount(mount_message())
+                script.settle()
             if index == half:
                 script.publish(publishers[PoseWithCovarianceStamped],
                                pose_message(script.now_ns, 5.0))
