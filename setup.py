@@ -33,7 +33,7 @@ setup(
         (f'share/{NAME}/launch', glob('launch/*.py')),
     ],
     zip_safe=True,
-    install_requires=['numpy>=1.22', 'PyYAML>=5.4', 'mcap>=1.2', 'rosbags>=0.10.6'],
+    install_requires=['numpy>=1.22', 'PyYAML>=5.4', 'mcap>=1.5', 'rosbags>=0.10.6'],
     extras_require={
         'ros': ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6'],
         'report': ['matplotlib>=3.6', 'plotly>=5.15', 'Jinja2>=3.0'],
