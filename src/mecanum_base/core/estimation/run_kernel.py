@@ -1,0 +1,73 @@
+"""Many settled readings in one call: the loop of the estimator without Python in between.
+
+The kernels called, their order and their arguments are those of :class:`.filter.BodyFilter` fed
+one sample after the other, so the numbers are the same to the last bit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.frame import predict, take_frame, take_imu
+from mecanum_base.core.estimation.layout import FROZEN_FOR, LAST_IMU, NOW, SLIP, STEP, Memory
+from mecanum_base.core.estimation.model import Model
+from mecanum_base.core.estimation.output import describe, remember
+from mecanum_base.core.parameter import FloatArray, IntArray
+
+IMU, FRAME = 0, 1  # kinds of reading
+DONE, SILENCE, BROKEN = 0, 1, 2  # why the run ended
+USED_IMU, STALE_IMU, USED_FRAME = 0, 1, 2  # counters
+
+
+@kernel
+def run(model: Model, memory: Memory, kind: IntArray, stamp: IntArray, value: FloatArray,
+        limits: IntArray, published: IntArray, table: FloatArray, row_stamp: IntArray,
+        row_predicted: IntArray, marks: FloatArray, counts: IntArray) -> tuple[int, int, int]:
+    """Take N readings in the order of their stamps.
+
+    ``value`` (N, V): gyro z and acceleration x, y, or the travel (W,) m of a frame; ``limits``:
+    longest silence and period of predictions, ns; ``published`` (1,): stamp of the last row, is
+    changed. One row an estimate goes to ``table`` (R, row size), ``row_stamp``, ``row_predicted``
+    and ``marks`` (R, 3, W): slip, speed, time frozen. ``counts`` (3,) is added to.
+
+    Returns (readings taken, rows written, reason): after SILENCE the next reading needs care,
+    after BROKEN the last one has broken the numbers.
+    """
+    clock, w = memory.clock, model.wheels
+    valid = np.ones(w)
+    rows = 0
+    for k in range(len(kind)):
+        now = stamp[k]
+        if now - clock[NOW] > limits[0]:
+            return k, rows, SILENCE
+        if kind[k] == FRAME:
+            take_frame(model, memory, now, value[k, :w], valid)
+            remember(model, memory)
+            counts[USED_FRAME] += 1
+            least = memory.P[0, 0]
+            for i in range(memory.P.shape[0]):
+                least = min(least, memory.P[i, i])
+            if not (np.isfinite(memory.x.sum() + memory.P.sum()) and least > -1e-12):
+                return k + 1, rows, BROKEN
+            describe(model, memory, table[rows])
+            marks[rows, 0] = memory.wheel[SLIP]
+            marks[rows, 1] = memory.wheel[STEP]
+            marks[rows, 2] = memory.wheel[FROZEN_FOR]
+            row_predicted[rows] = 0
+        else:
+            if now <= clock[LAST_IMU] or now < clock[NOW]:
+                counts[STALE_IMU] += 1
+            else:
+                take_imu(model, memory, now, value[k, 0], value[k, 1], value[k, 2])
+                counts[USED_IMU] += 1
+            if now - published[0] < limits[1]:
+                continue
+            if now > clock[NOW]:
+                predict(model, memory, now)
+            describe(model, memory, table[rows])
+            row_predicted[rows] = 1
+        row_stamp[rows] = now
+        published[0] = now
+        rows += 1
+    return len(kind), rows, DONE

@@ -1,0 +1,249 @@
+"""A stretch of a recording at once: what :class:`.estimator.Estimator` does, by columns.
+
+Merging by stamp, unwrapping and range checks are done for all samples of the stretch together;
+then one kernel runs the filter over them. Anything out of the ordinary (late or doubtful stamps,
+missing wheels, jumps, absurd readings) is left to the estimator's own ``handle``, sample by
+sample: :func:`take` then returns None and has changed nothing. Both ways give the same numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mecanum_base.core.estimation.encoder import SLACK, TWO_PI
+from mecanum_base.core.estimation.ordering import FAR_NS
+from mecanum_base.core.estimation.output import BODY, WHEELS, estimate_of_row, row_size
+from mecanum_base.core.estimation.run_kernel import (
+    BROKEN,
+    DONE,
+    FRAME,
+    IMU,
+    STALE_IMU,
+    USED_FRAME,
+    USED_IMU,
+    run,
+)
+from mecanum_base.core.parameter import FloatArray, IntArray
+from mecanum_base.core.records import Estimate, ImuSample, Sample, TickSample, WheelSample
+
+if TYPE_CHECKING:
+    from mecanum_base.core.estimation.estimator import Estimator
+
+
+@dataclass(slots=True, eq=False)
+class Stretch:
+    """Samples in order of arrival: ``kind`` (N,) IMU or FRAME, ``index`` (N,) into the columns.
+
+    ``gyro``, ``accel`` (I, 3) in sensor axes; ``angle`` (F, W) rad as WheelSample.position, or
+    int64 counts if ``ticks``; ``imu_ns`` (I,) and ``frame_ns`` (F,) stamps.
+    """
+
+    kind: IntArray
+    index: IntArray
+    imu_ns: IntArray
+    gyro: FloatArray
+    accel: FloatArray
+    frame_ns: IntArray
+    angle: FloatArray | IntArray
+    ticks: bool
+
+
+@dataclass(slots=True, eq=False)
+class Rows:
+    """Estimates as rows of :mod:`.output`: ``stamp_ns`` (R,), ``predicted`` (R,), ``table``."""
+
+    stamp_ns: IntArray
+    predicted: IntArray
+    table: FloatArray
+    wheels: int
+    rest: tuple[Estimate, ...] = ()  # estimates after the rows, where the run ended early
+
+    def estimates(self) -> tuple[Estimate, ...]:
+        """The rows as records, then the rest."""
+        found = [estimate_of_row(row, self.wheels, stamp, 'predicted' if flag else 'encoder')
+                 for row, stamp, flag in zip(self.table, self.stamp_ns.tolist(),
+                                             self.predicted.tolist())]
+        return (*found, *self.rest)
+
+
+def take(estimator: Estimator, stretch: Stretch) -> Rows | None:
+    """Give the stretch to the estimator; None where it must go sample by sample."""
+    order, angles, body = estimator._order, estimator._angles, estimator._filter
+    waiting = sorted(order._queue, key=lambda item: item[:3])
+    items = [item[3] for item in waiting]
+    usual = (ImuSample, TickSample if stretch.ticks else WheelSample)
+    if (estimator._published is None or not body.armed or order._held or order._behind
+            or angles._stamp is None or not all(isinstance(item, usual) for item in items)):
+        return None
+    stamp = np.where(stretch.kind == IMU, _at(stretch.imu_ns, stretch.index),
+                     _at(stretch.frame_ns, stretch.index))
+    assert order._newest is not None
+    newest = np.maximum.accumulate(np.concatenate(([order._newest], stamp)))
+    if (stamp < newest[:-1] - order._wait).any() or (stamp > newest[:-1] + FAR_NS).any():
+        return None
+    whole = _merged(items, stretch, estimator.joint_count)
+    kind = whole.kind
+    stamp = np.where(kind == IMU, _at(whole.imu_ns, whole.index), _at(whole.frame_ns, whole.index))
+    sequence = np.lexsort((kind, stamp))  # stable: equal ones stay in order of arrival
+    settled = sequence[stamp[sequence] < newest[-1] - order._wait]
+    frames = whole.index[settled[kind[settled] == FRAME]]
+    imus = whole.index[settled[kind[settled] == IMU]]
+    push = _push(estimator, whole.gyro[imus], whole.accel[imus])
+    turned = _turned(estimator, whole.frame_ns[frames], whole.angle[frames], whole.ticks)
+    if push is None or turned is None:
+        return None
+    order._newest = int(newest[-1])
+    order._queue = []
+    for place in sequence[len(settled):]:  # still waiting: back into the merge
+        sample = _sample(whole, int(place))
+        order._put(sample.stamp_ns, 4 if kind[place] == FRAME and not whole.ticks else
+                   5 if kind[place] == FRAME else 2, sample)
+    stream = 'wheel_ticks' if whole.ticks else 'joint_states'
+    for name, count in (('imu', np.sum(stretch.kind == IMU)),
+                        (stream, np.sum(stretch.kind == FRAME))):
+        if count:
+            received = estimator._counters.received
+            received[name] = received.get(name, 0) + int(count)
+    return _run(estimator, whole, settled, stamp[settled], push, turned, stream)
+
+
+def _run(estimator: Estimator, whole: Stretch, settled: IntArray, stamp: IntArray,
+         push: FloatArray, turned: FloatArray, stream: str) -> Rows:
+    body, angles, wheels = estimator._filter, estimator._angles, estimator.joint_count
+    kind = np.ascontiguousarray(whole.kind[settled])
+    value = np.zeros((len(kind), max(3, wheels)))
+    value[kind == IMU, :3] = push
+    value[kind == FRAME, :wheels] = turned * body.model.travel
+    table = np.empty((len(kind), row_size(wheels)))
+    row_stamp = np.zeros(len(kind), dtype=np.int64)
+    predicted = np.zeros(len(kind), dtype=np.int64)
+    marks = np.zeros((len(kind), 3, wheels))
+    counts = np.zeros(3, dtype=np.int64)
+    published = np.array([estimator._published], dtype=np.int64)
+    limits = np.array([estimator.LONGEST_SILENCE, estimator._period], dtype=np.int64)
+    taken, rows, reason = run(body.model, body.memory, kind, np.ascontiguousarray(stamp), value,
+                              limits, published, table, row_stamp, predicted, marks, counts)
+    estimator._published = int(published[0])
+    for name, count in (('imu', counts[USED_IMU]), (stream, counts[USED_FRAME])):
+        if count:
+            used = estimator._counters.used
+            used[name] = used.get(name, 0) + int(count)
+    for _ in range(int(counts[STALE_IMU])):
+        estimator._counters.reject('imu', 'duplicate stamp')
+    done = int(np.sum(kind[:taken] == FRAME))
+    if done:
+        last = int(whole.index[settled[np.flatnonzero(kind[:taken] == FRAME)[-1]]])
+        angles._angle = turned[done - 1].copy()
+        angles._stamp = int(whole.frame_ns[last])
+        angles._seen = [angles._stamp] * wheels
+        if whole.ticks:
+            angles._ticks = whole.angle[last].tolist()
+        else:
+            angles._last = np.array(whole.angle[last], dtype=np.float64)
+    _episodes(estimator, table[:rows], row_stamp, predicted, marks, wheels)
+    rest: list[Estimate] = []
+    if reason == BROKEN:
+        body.recover()
+        estimator._predict_if_due(int(stamp[taken - 1]), rest)
+    if reason != DONE:
+        for place in settled[taken:]:
+            estimator._process(_sample(whole, int(place)), rest)
+    return Rows(row_stamp[:rows], predicted[:rows], table[:rows], wheels, tuple(rest))
+
+
+def _episodes(estimator: Estimator, table: FloatArray, stamp: IntArray, predicted: IntArray,
+              marks: FloatArray, wheels: int) -> None:
+    """Tell the slip episodes of every row that concerns them."""
+    episodes = estimator._episodes
+    chance = slice(WHEELS + 2 * wheels, WHEELS + 3 * wheels)
+    likely = (table[:, BODY] >= episodes.START) & (predicted[:len(table)] == 0)
+    for row in range(len(table)):
+        if likely[row] or (episodes.is_open and not predicted[row]):
+            episodes.take(int(stamp[row]), float(table[row, BODY]), table[row, chance],
+                          marks[row, 0], marks[row, 1], marks[row, 2])
+
+
+def _at(column: IntArray, index: IntArray) -> IntArray:
+    """column[index] where index may point into the other column: clipped, or 0 if empty."""
+    if not len(column):
+        return np.zeros(len(index), dtype=np.int64)
+    found: IntArray = column[np.minimum(index, len(column) - 1)]
+    return found
+
+
+def _merged(items: list[Sample], stretch: Stretch, wheels: int) -> Stretch:
+    """The samples that still wait, then the new ones, as one stretch."""
+    imu = [s for s in items if isinstance(s, ImuSample)]
+    frame = [s for s in items if isinstance(s, (WheelSample, TickSample))]
+    kind = np.array([IMU if isinstance(s, ImuSample) else FRAME for s in items], dtype=np.int64)
+    index = np.where(kind == IMU, np.cumsum(kind == IMU), np.cumsum(kind == FRAME)) - 1
+    shift = np.where(stretch.kind == IMU, len(imu), len(frame))
+    old = [s.counts if isinstance(s, TickSample) else s.position for s in frame]
+    return Stretch(
+        np.concatenate([kind, stretch.kind]), np.concatenate([index, stretch.index + shift]),
+        np.concatenate([np.array([s.stamp_ns for s in imu], dtype=np.int64), stretch.imu_ns]),
+        np.concatenate([np.reshape([s.gyro for s in imu], (-1, 3)), stretch.gyro]),
+        np.concatenate([np.reshape([s.accel for s in imu], (-1, 3)), stretch.accel]),
+        np.concatenate([np.array([s.stamp_ns for s in frame], dtype=np.int64), stretch.frame_ns]),
+        np.concatenate([np.array(old, dtype=stretch.angle.dtype).reshape(-1, wheels),
+                        stretch.angle]), stretch.ticks)
+
+
+def _sample(whole: Stretch, place: int) -> Sample:
+    """One sample of the stretch as a record."""
+    index = int(whole.index[place])
+    if whole.kind[place] == IMU:
+        return ImuSample(int(whole.imu_ns[index]), whole.gyro[index], whole.accel[index])
+    stamp = int(whole.frame_ns[index])
+    if whole.ticks:
+        return TickSample(stamp, whole.angle[index])  # type: ignore[arg-type]
+    row = whole.angle[index]
+    return WheelSample(stamp, row, np.full(len(row), math.nan))  # type: ignore[arg-type]
+
+
+def _push(estimator: Estimator, gyro: FloatArray, accel: FloatArray) -> FloatArray | None:
+    """Gyro z and acceleration x, y (I, 3) in base axes; None where one is out of range."""
+    found = np.column_stack([gyro[:, 2], accel[:, 0], accel[:, 1]])
+    if not estimator._plain:
+        turn = estimator._turn
+        for row, (rate, force) in enumerate(zip(gyro, accel)):
+            turned = turn @ force
+            found[row] = turn[2] @ rate, turned[0], turned[1]
+    wz = found[:, 0]
+    wild = ~(np.abs(found[:, 1]) + np.abs(found[:, 2]) <= estimator.HARDEST_PUSH)
+    found[wild, 1:] = math.nan
+    fast = ~(np.abs(wz) <= estimator.FASTEST_TURN) & ~np.isnan(wz)
+    if fast.any() or (np.isnan(wz) & wild).any():
+        return None
+    return found
+
+
+def _turned(estimator: Estimator, stamp: IntArray, reading: FloatArray | IntArray,
+            ticks: bool) -> FloatArray | None:
+    """Angle (F, W) rad of each frame since arming; None where a reading is out of range."""
+    angles = estimator._angles
+    if ticks != (angles._ticks is not None):
+        return None
+    dt = np.diff(np.concatenate(([angles._stamp], stamp)).astype(np.int64)) * 1e-9
+    if (dt <= 0.0).any():
+        return None
+    if ticks:
+        counts = np.concatenate([np.array([angles._ticks], dtype=np.int64), reading])
+        step = np.diff(counts, axis=0)  # wraps around at 64 bits by itself
+        if angles._span < 1 << 63:
+            half = angles._span // 2
+            step = (step + half) % angles._span - half
+        step = step.astype(np.float64) * angles._radian * angles._sign
+    else:
+        step = np.diff(np.concatenate([angles._last[None], reading]), axis=0) * angles._sign
+        if angles._two_pi:
+            step = (step + math.pi) % TWO_PI - math.pi
+    most = angles._fastest * (dt[:, None] + SLACK) + angles._slack
+    if not (np.abs(step) <= most).all():  # also where something is not finite
+        return None
+    found: FloatArray = np.cumsum(np.concatenate([angles._angle[None], step]), axis=0)[1:]
+    return found
