@@ -132,3 +132,19 @@ def test_floors_with_everything_make_tables_of_the_right_length():
     assert len(floor.wave_rows(1)) == 16
     assert len(floor.ramps[0].row()) == 6
     assert len(floor.walls[0].row()) == 3
+
+
+def test_a_change_of_any_kernel_source_makes_numba_compile_again(monkeypatch):
+    """numba looks at one file only; the name of the compiled function carries all of them."""
+    before = engine._digest()
+    assert before == engine._digest()
+    original = engine.inspect.getsource
+    monkeypatch.setattr(engine.inspect, 'getsource', lambda module: original(module) + (
+        '#' if module is engine.lean else ''))
+    assert engine._digest() != before
+
+    def unreadable(module):
+        raise OSError
+
+    monkeypatch.setattr(engine.inspect, 'getsource', unreadable)
+    assert engine._digest() is None

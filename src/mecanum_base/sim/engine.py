@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib.util
+import inspect
 import types
+import zlib
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
@@ -11,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mecanum_base.core.errors import ConfigError
-from mecanum_base.sim import ground, kernel, lean
+from mecanum_base.sim import ground, kernel, layout, lean
 
 Advance = Callable[..., None]
 
@@ -34,14 +36,33 @@ def choose(engine: str, *, prefer_numba: bool) -> str:
 def _compiled() -> Advance:
     import numba
 
-    jit = numba.njit(cache=True, error_model='numpy')
-    scope = {**vars(kernel), 'ground': jit(ground.ground), 'lean': jit(lean.lean)}
-    source = kernel.advance
+    digest = _digest()
+    jit = numba.njit(cache=digest is not None, error_model='numpy')
+    scope = dict(vars(kernel))
+    for part in (ground.ground, lean.lean):
+        scope[part.__name__] = jit(_named(part, digest, dict(part.__globals__)))
+    compiled: Advance = jit(_named(kernel.advance, digest, scope))
+    return compiled
+
+
+def _named(source: Any, digest: str | None, scope: dict[str, Any]) -> Any:
+    """A copy of a function that sees ``scope`` and whose name tells the state of the sources."""
     copy = types.FunctionType(source.__code__, scope, source.__name__, source.__defaults__)
     copy.__module__ = source.__module__
-    copy.__qualname__ = source.__qualname__
-    compiled: Advance = jit(copy)
-    return compiled
+    copy.__qualname__ = f'{source.__qualname__}_{digest}'
+    return copy
+
+
+def _digest() -> str | None:
+    """Checksum of all sources of the kernel; None where they cannot be read (then no cache).
+
+    numba's own cache looks at the file of a function only, not at those of what it calls.
+    """
+    try:
+        text = ''.join(inspect.getsource(part) for part in (kernel, ground, lean, layout))
+    except OSError:
+        return None
+    return f'{zlib.crc32(text.encode()):08x}'
 
 
 def advance_function(engine: str) -> Advance:

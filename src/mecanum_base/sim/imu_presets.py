@@ -14,7 +14,7 @@ deviation; where it is typical (BNO055), it is the standard deviation itself.
     BMI088    Bosch BST-BMI088-DS001, specification tables: gyro 0.014 deg/s/rtHz, zero rate
               +-1 deg/s, sensitivity +-1 %, cross axis +-1 %, 16 bit over +-500 deg/s;
               accelerometer 160 ug/rtHz, zero-g +-20 mg, sensitivity +-0.5 %, cross axis +-0.5 %,
-              16 bit over +-6 g
+              16 bit over +-6 g; filter of the gyro at 200 Hz output: 64 Hz
 
 Datasheets do not give the random walk of the bias; the numbers here are of the size that Allan
 plots of such parts show (assumption). Not modelled: temperature, g-sensitivity of the gyro.
@@ -61,5 +61,5 @@ PRESETS: dict[str, ImuErrors] = {
     'bmi088': ImuErrors(
         0.014 * _DEG, 1.0 / 3.0 * _DEG, 5e-6, 0.01 / 3.0, 0.01 / 3.0, _DEG / 65.536, 500.0 * _DEG,
         160e-6 * _G, 0.02 / 3.0 * _G, 1e-4, 0.005 / 3.0, 0.005 / 3.0, _G / 5460.0, 6.0 * _G,
-        116.0),
+        64.0),
 }

@@ -4,7 +4,8 @@
     accel = Q( M_a (f + vibration) + b_a(t) + n_a )      b(t) = turn-on bias + random walk
 
 n is white with the noise density times sqrt(rate / 2), Q rounds to the LSB and clips at the range.
-Lever arm, tilt and the low-pass filter act in the kernel, at the rate of the physics. Samples are
+Lever arm, tilt and the low-pass filter act in the kernel, at the rate of the physics; a sample is
+the mean since the last one, as converters that integrate report it. Samples are
 taken in blocks of any length; how a run is cut into blocks does not change a bit of the result.
 """
 

@@ -13,11 +13,12 @@ from __future__ import annotations
  IMU_X, IMU_Y, IMU_Z, IMU_FILTER, WALL_K, WALL_C) = range(34)
 BODY = 34
 
-# state of the body: mass centre in the floor frame, rates at mid-step, tilt, felt by the IMU
+# state of the body: mass centre in the floor frame, rates at mid-step, tilt, felt by the IMU (now,
+# and its integral over time)
 (S_X, S_Y, S_YAW, S_VX, S_VY, S_W, S_HEAVE, S_ROLL, S_PITCH, S_HEAVE_RATE, S_ROLL_RATE,
  S_PITCH_RATE, S_BVX, S_BVY, S_GX, S_GY, S_GZ, S_AX, S_AY, S_AZ, S_GROUND_X, S_GROUND_Y,
- S_GROUND_MZ) = range(23)
-STATE = 23
+ S_GROUND_MZ, S_SUM_GX, S_SUM_GY, S_SUM_GZ, S_SUM_AX, S_SUM_AY, S_SUM_AZ) = range(29)
+STATE = 29
 
 # one wheel: constants
 (W_X, W_Y, W_AX, W_AY, W_COS, W_SIN, W_RADIUS, W_REACH, W_PITCH, W_PHASE, W_RUNOUT,

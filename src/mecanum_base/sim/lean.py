@@ -5,7 +5,8 @@
     f = R_tilt^T (a - g),  a = a_C + w' x r + w x (w x r)                 [m/s^2]
 
 F is the horizontal force of the floor, H the height of the mass centre, r the IMU seen from it.
-Angles are small (first order). Each felt value passes a first-order low-pass filter.
+Angles are small (first order). Each felt value passes a first-order low-pass filter; its integral
+is kept too, because a sensor reports the mean since its last sample.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from collections.abc import MutableSequence, Sequence
 from mecanum_base.sim.layout import (  # isort: skip
     GRAVITY, GRAVITY_X, GRAVITY_Y, HEIGHT, IMU_FILTER, IMU_X, IMU_Y, IMU_Z, MASS, PITCH_INERTIA,
     ROLL_INERTIA, S_AX, S_AY, S_AZ, S_GX, S_GY, S_GZ, S_HEAVE, S_HEAVE_RATE, S_PITCH,
-    S_PITCH_RATE, S_ROLL, S_ROLL_RATE,
+    S_PITCH_RATE, S_ROLL, S_ROLL_RATE, S_SUM_AX, S_SUM_AY, S_SUM_AZ, S_SUM_GX, S_SUM_GY, S_SUM_GZ,
 )
 
 
@@ -52,3 +53,9 @@ def lean(dt: float, body: Sequence[float], state: MutableSequence[float], lift: 
     state[S_GX] += k * (state[S_ROLL_RATE] - pitch * yaw_rate - state[S_GX])
     state[S_GY] += k * (state[S_PITCH_RATE] + roll * yaw_rate - state[S_GY])
     state[S_GZ] += k * (yaw_rate - state[S_GZ])
+    state[S_SUM_GX] += dt * state[S_GX]
+    state[S_SUM_GY] += dt * state[S_GY]
+    state[S_SUM_GZ] += dt * state[S_GZ]
+    state[S_SUM_AX] += dt * state[S_AX]
+    state[S_SUM_AY] += dt * state[S_AY]
+    state[S_SUM_AZ] += dt * state[S_AZ]

@@ -17,6 +17,7 @@ from mecanum_base.core.records import ImuSample, TickSample, WheelSample
 from mecanum_base.sim import layout as at
 from mecanum_base.sim.config import SimConfig
 from mecanum_base.sim.encoder import Encoders
+from mecanum_base.sim.faults import NANOSECONDS
 from mecanum_base.sim.inertial import Inertial
 from mecanum_base.sim.injection import Injection
 from mecanum_base.sim.plant import Plant
@@ -24,7 +25,7 @@ from mecanum_base.sim.records import Reading, Truth
 from mecanum_base.sim.transport import Transport
 
 IMU, ENCODER, TRUTH = range(3)
-_FELT = slice(at.S_GX, at.S_AZ + 1)
+_NOW, _SUM = slice(at.S_GX, at.S_AZ + 1), slice(at.S_SUM_GX, at.S_SUM_AZ + 1)
 _HINGE_STEP = 2.0 * math.pi / 4096.0  # rad, resolution of a measured hinge angle
 
 # published, taken (ns since the start), order among equals, reading
@@ -39,7 +40,7 @@ class Sampling:
         self.inertial, self._radius = Inertial(imu, config), radius
         self.encoders = Encoders(encoder, joints, config.seed)
         self._transport = Transport(config)
-        self._period = 1.0 / config.encoder_rate
+        self._period, self._imu_rate = 1.0 / config.encoder_rate, config.imu_rate
         self._hinges = np.array([name != '' for name in hinges]) if any(hinges) else None
         self._rows: tuple[list[tuple[int, int, list[float]]], ...] = ([], [], [])
         self._frozen: tuple[FloatArray, FloatArray] | None = None
@@ -50,13 +51,16 @@ class Sampling:
         self.encoders.restart(plant.column_array(at.T_ANGLE))
         self._transport.restart()
         self._frozen = None
+        # before the first sample the base has stood for one period
+        self._taken = -round(NANOSECONDS / self._imu_rate)
+        self._sum = np.array([plant.part(_SUM)]) - np.array([plant.part(_NOW)]) / self._imu_rate
         for rows in self._rows:
             rows.clear()
 
     def note(self, kind: int, elapsed_ns: int, index: int, plant: Plant) -> None:
         """Note what sample ``index`` of one kind needs of the plant, as it is now."""
         if kind == IMU:
-            row = plant.part(_FELT) + plant.column(at.T_RATE)
+            row = plant.part(_SUM) + plant.column(at.T_RATE)
         elif kind == ENCODER:
             row = plant.column(at.T_ANGLE)
             if self._hinges is not None:
@@ -86,7 +90,9 @@ class Sampling:
         for wheel in range(7, table.shape[1]):  # summed one by one: the same in every block
             rate = rate + np.abs(table[:, wheel])
         speed = self._radius * rate / (table.shape[1] - 6)
-        gyro, accel = self.inertial.read(table[:, :3], table[:, 3:6], speed)
+        felt = np.diff(table[:, :6], axis=0, prepend=self._sum) / self._spacing_of(when)
+        self._sum, self._taken = table[-1:, :6], when[-1][0]
+        gyro, accel = self.inertial.read(felt[:, :3], felt[:, 3:], speed)
         if 'imu_frozen' in active:
             self._frozen = self._frozen or (gyro[:1], accel[:1])
             gyro, accel = (np.repeat(v, len(when), axis=0) for v in self._frozen)
@@ -101,6 +107,11 @@ class Sampling:
             if published is not None:
                 out.append((published, taken, 0,
                             ImuSample(stamp + origin_ns, gyro[k], accel[k])))
+
+    def _spacing_of(self, when: list[tuple[int, int]]) -> FloatArray:
+        taken = np.array([self._taken, *(ns for ns, _ in when)], dtype=np.int64)
+        seconds: FloatArray = np.diff(taken)[:, None] / NANOSECONDS
+        return seconds
 
     def _encoder(self, out: list[Sampled], when: list[tuple[int, int]], table: FloatArray,
                  injection: Injection, origin_ns: int) -> None:
