@@ -14,6 +14,7 @@ from typing import Any
 from rclpy.subscription import Subscription
 
 Handle = Callable[[Any, int], None]
+MOST = 2000  # messages taken before any is handled
 
 
 class Arrivals:
@@ -42,20 +43,28 @@ class Arrivals:
         self._node.destroy_subscription(subscription)
 
     def _serve(self, first: Any, received: int, handle: Handle) -> None:
-        """Handle the message that woke us and all that wait, in the order of arrival."""
+        """Handle the message that woke us and all that wait, in the order of arrival.
+
+        The topics are asked until a whole round finds nothing: what came on the first of them
+        while the last was asked must not be overtaken.
+        """
         waiting = [(received, 0, handle, first)]
-        for subscription, other in self._taps:
-            while True:
-                with subscription.handle:
-                    taken = subscription.handle.take_message(subscription.msg_type,
-                                                             subscription.raw)
-                if taken is None:
-                    break
-                waiting.append((int(taken[1]['received_timestamp']), len(waiting), other,
-                                taken[0]))
+        while self._take_all(waiting):
+            pass
         waiting.sort(key=lambda item: item[:2])
         for came, _, call, message in waiting:
             call(message, self._arrival(came))
+
+    def _take_all(self, waiting: list[tuple[int, int, Handle, Any]]) -> bool:
+        """Ask every topic once for all it has; True if there was anything."""
+        before = len(waiting)
+        for subscription, handle in self._taps:
+            with subscription.handle:
+                while len(waiting) < MOST and (taken := subscription.handle.take_message(
+                        subscription.msg_type, subscription.raw)) is not None:
+                    waiting.append((int(taken[1]['received_timestamp']), len(waiting), handle,
+                                    taken[0]))
+        return len(waiting) > before
 
     def _arrival(self, received: int) -> int:
         clock = self._node.get_clock()
