@@ -59,6 +59,11 @@ class Intake:
         self._holding = not self.mount_known
         self.estimator = self._estimator()
 
+    @property
+    def direct(self) -> bool:
+        """True while sensor samples go to the estimator as they are: nothing waits here."""
+        return self.mount_known and not self._holding and not self._ahead
+
     def joint_states(self, msg: Any) -> Estimates:
         """Wheel angles (sensor_msgs/JointState)."""
         return self._convert('joint_states', messages.wheel_sample, msg, self.joints)

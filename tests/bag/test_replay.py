@@ -164,6 +164,68 @@ def test_a_topic_of_the_wrong_type_is_named(tmp_path, make):
             Topics.of(robot, encoder='/imu/data_raw'))
 
 
+def odd(make, kind):
+    """Entries with something out of the ordinary in the middle of plain driving."""
+    entries = [e for e in make.drive(6.0) if e[0] != '/wheel_ticks']
+    middle = len(entries) // 2
+    topic, log, msg = entries[middle]
+    if kind == 'late stamp':
+        entries[middle] = (topic, log, make.imu(make.T0 + 10**9))
+    elif kind == 'far stamp':
+        entries[middle] = (topic, log, make.imu(make.T0 + 10**12))
+    elif kind == 'jump':
+        entries = [(t, s, make.joint_state(s, np.array(m.position) + (900 if s > log else 0)))
+                   if t == '/joint_states' else (t, s, m) for t, s, m in entries]
+    elif kind == 'missing wheel':
+        entries[middle:middle] = [('/joint_states', log, make.joint_state(
+            log, [1.0, 2.0], make.WHEELS[:2]))]
+    elif kind == 'silence':
+        entries = [e for e in entries if not 0 < e[1] - log < 10**9]
+    elif kind == 'long silence':
+        entries = [(t, s, m) if s < log else (
+            t, s + 9 * 10**9, make.imu(s + 9 * 10**9) if t == '/imu/data_raw'
+            else make.joint_state(s + 9 * 10**9, m.position)) for t, s, m in entries]
+    elif kind == 'wild gyro':
+        entries[middle] = ('/imu/data_raw', log, make.imu(log, (0, 0, 1e9), (1e9, 0, 0)))
+    elif kind == 'clock goes back':
+        entries += [(t, s + 10**9, make.imu(s - 5 * 10**9) if t == '/imu/data_raw'
+                     else make.joint_state(s - 5 * 10**9, m.position))
+                    for t, s, m in entries if s > log]
+    elif kind == 'shuffled':
+        generator = np.random.default_rng(1)
+        entries = sorted(((t, s + int(generator.integers(0, 19_000_000)), m)
+                          for t, s, m in entries), key=lambda e: e[1])
+    elif kind == 'set pose':
+        entries.insert(middle, ('/set_pose', log, make.set_pose(log, (3, 4, 1.0))))
+    return entries
+
+
+@pytest.mark.parametrize('kind', [
+    'plain', 'late stamp', 'far stamp', 'jump', 'missing wheel', 'silence', 'long silence',
+    'wild gyro', 'clock goes back', 'shuffled', 'set pose'])
+def test_columns_and_single_samples_give_the_same_bytes(tmp_path, make, monkeypatch, kind):
+    import mecanum_base.bag.replay as module
+    path = make.write_mcap(tmp_path / 'a.mcap', odd(make, kind), chunk_size=20_000)
+    taken = []
+
+    def counted(*arguments):
+        taken.append(original(*arguments))
+        return taken[-1]
+
+    original = module.take
+    monkeypatch.setattr(module, 'take', counted)
+    fast = run(path, tmp_path / 'fast')
+    assert any(rows is not None for rows in taken)
+    monkeypatch.setattr(module, 'take', lambda *arguments: None)
+    slow = run(path, tmp_path / 'slow')
+    for name in ('track.csv', 'slip.csv', 'odometry.tum'):
+        assert (tmp_path / 'fast' / name).read_bytes() == (tmp_path / 'slow' / name).read_bytes()
+    first, second = fast.intake.estimator, slow.intake.estimator
+    assert first.health == second.health
+    assert [e.start_ns for e in first.episodes] == [e.start_ns for e in second.episodes]
+    assert fast.course.path == pytest.approx(slow.course.path, rel=1e-12)
+
+
 def command(*words):
     return subprocess.run([sys.executable, '-m', 'mecanum_base', 'replay', *map(str, words)],
                           capture_output=True, text=True, timeout=120)

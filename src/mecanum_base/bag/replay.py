@@ -13,15 +13,21 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from mecanum_base.bag.block import NANOSECONDS
 from mecanum_base.bag.reader import Bag
-from mecanum_base.bag.stream import SampleReader
+from mecanum_base.bag.stream import Batch, SampleReader
 from mecanum_base.bag.topics import STREAMS, Topics, advice
 from mecanum_base.bag.track import TrackWriter
 from mecanum_base.core.errors import BagError
+from mecanum_base.core.estimation.output import TWIST
+from mecanum_base.core.estimation.stretch import Rows, take
 from mecanum_base.core.records import Estimate
 from mecanum_base.intake import Intake
 from mecanum_base.robot import Robot
+
+_START = 128  # inputs taken one by one until the estimator runs
 
 Step = Callable[[float, float], None]  # share of the bytes read, seconds of data done
 
@@ -45,6 +51,23 @@ class Course:
                 self.path += step * 0.5 * (_speed(self.last) + _speed(estimate))
         self.last = estimate
         self.rows += 1
+
+    def add_rows(self, rows: Rows) -> None:
+        """Take in many estimates."""
+        count = len(rows.stamp_ns)
+        if not count:
+            return
+        if self.last is None:
+            self.first_ns = int(rows.stamp_ns[0])
+        speed = np.hypot(rows.table[:, TWIST], rows.table[:, TWIST + 1])
+        stamp = rows.stamp_ns
+        if self.last is not None:
+            speed = np.concatenate(([_speed(self.last)], speed))
+            stamp = np.concatenate(([self.last.stamp_ns], stamp))
+        step = np.maximum(np.diff(stamp) / NANOSECONDS, 0.0)
+        self.path += float(np.sum(step * 0.5 * (speed[1:] + speed[:-1])))
+        self.last = rows.at(count - 1)
+        self.rows += count
 
     @property
     def seconds(self) -> float:
@@ -99,8 +122,8 @@ def replay_into(paths: list[str], robot: Robot, sink: Callable[[], Sink], topics
                 batch = reader.batch(block)
                 if writer is None:
                     writer = sink()
-                for estimates in batch.feed(intake):
-                    _take(estimates, writer, course)
+                for part in batch.parts(0 if course.rows else _START):
+                    _feed(part, intake, writer, course)
                 if step is not None:
                     step(bag.read_bytes / max(bag.piece_bytes, 1), course.seconds)
             require_encoder(bag, reader, topics)
@@ -129,6 +152,22 @@ def absent_streams(bag: Bag, topics: Topics) -> list[str]:
     heard = {topics.stream(channel) for channel, count in bag.counts.items() if count}
     return [advice(name, wanted, bag.counts) for name in STREAMS
             if name == 'imu' and (wanted := getattr(topics, name)) and name not in heard]
+
+
+def _feed(batch: Batch, intake: Intake, writer: Sink, course: Course) -> None:
+    """Hand a batch to the intake: at once where all is plain, else sample by sample."""
+    columns = batch.stretch() if intake.direct else None
+    rows = None if columns is None else take(intake.estimator, columns)
+    if rows is None:
+        for estimates in batch.feed(intake):
+            _take(estimates, writer, course)
+        return
+    if isinstance(writer, TrackWriter):
+        writer.write_rows(rows.stamp_ns, rows.track(), rows.slip(), rows.predicted)
+        course.add_rows(rows)
+        _take(rows.rest, writer, course)
+    else:
+        _take(rows.estimates(), writer, course)
 
 
 def _take(estimates: tuple[Estimate, ...], writer: Sink, course: Course) -> None:

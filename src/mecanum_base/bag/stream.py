@@ -23,6 +23,9 @@ from mecanum_base.bag.decode import (
     wheel_readings,
 )
 from mecanum_base.bag.topics import HEADER, POSE, TF, Topics
+from mecanum_base.core.estimation.run_kernel import FRAME as FRAME_KIND
+from mecanum_base.core.estimation.run_kernel import IMU as IMU_KIND
+from mecanum_base.core.estimation.stretch import Stretch
 from mecanum_base.core.parameter import IntArray
 from mecanum_base.core.records import ImuSample, Sample, TickSample, WheelSample
 from mecanum_base.intake import Estimates, Intake
@@ -44,6 +47,30 @@ class Batch:
     index: IntArray
     readings: dict[int, Readings]
     rare: list[Any] = field(default_factory=list)
+
+    def parts(self, first: int) -> tuple[Batch, Batch]:
+        """The first ``first`` items and the others."""
+        return (Batch(self.stream[:first], self.index[:first], self.readings, self.rare),
+                Batch(self.stream[first:], self.index[first:], self.readings, self.rare))
+
+    def stretch(self) -> Stretch | None:
+        """The same as columns; None where there is more than one encoder topic, anything rare, or
+        a message without positions."""
+        two = JOINTS in self.readings and TICKS in self.readings
+        if two or len(self.stream) == 0 or self.stream.max() >= SET_POSE:
+            return None
+        imu, ticks = self.readings.get(IMU), TICKS in self.readings
+        frame = self.readings.get(TICKS if ticks else JOINTS)
+        angle = (np.zeros((0, 0)) if frame is None
+                 else frame.values['counts' if ticks else 'position'])
+        if frame is None or not len(frame.row):
+            return None
+        empty = np.zeros((0, 3))
+        return Stretch(
+            np.where(self.stream == IMU, IMU_KIND, FRAME_KIND), self.index,
+            np.zeros(0, dtype=np.int64) if imu is None else imu.stamp_ns,
+            empty if imu is None else imu.values['gyro'],
+            empty if imu is None else imu.values['accel'], frame.stamp_ns, angle, ticks)
 
     def feed(self, intake: Intake) -> Iterator[Estimates]:
         """Hand everything to the intake, in log order; yields what becomes due."""

@@ -78,9 +78,9 @@ class TrackWriter:
             self.flush()
 
     def write_rows(self, stamp_ns: IntArray, track: FloatArray, slip: FloatArray,
-                   predicted: FloatArray) -> None:
+                   predicted: IntArray) -> None:
         """Add many rows at once: stamp (N,) ns, track (N, 12) and slip (N, 2W + 1) in the order
-        of the columns, predicted (N,) bool."""
+        of the columns, predicted (N,) flag."""
         done = 0
         while done < len(stamp_ns):
             part = slice(done, done + min(_ROWS - self._count, len(stamp_ns) - done))

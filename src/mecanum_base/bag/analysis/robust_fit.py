@@ -64,7 +64,7 @@ def robust_fit(design: FloatArray, target: FloatArray, cluster: IntArray,
     value, scale = centre.copy(), 1.0
     for turn in range(_ROUNDS):
         normal, right = _normal(design, target, weight / scale**2, ridge, centre)
-        value = np.linalg.lstsq(normal, right, rcond=1e-12)[0]
+        value = _solved(normal, right)
         rest = np.abs(target - design @ value)
         scale = max(1.4826 * float(np.median(rest[live])), 1e-9)
         if turn < _ROUNDS // 2:
@@ -72,7 +72,7 @@ def robust_fit(design: FloatArray, target: FloatArray, cluster: IntArray,
         else:
             weight = np.maximum(0.0, 1.0 - (rest / (_TUKEY * scale)) ** 2) ** 2
     normal, right = _normal(design, target, weight / scale**2, ridge, centre)
-    value = np.linalg.lstsq(normal, right, rcond=1e-12)[0]
+    value = _solved(normal, right)
     share = np.array([[(weight[cluster == g] * design[cluster == g, j] ** 2).sum()
                        for g in groups] for j in range(count)])
     covariance: FloatArray = np.zeros((count, count))
@@ -80,13 +80,17 @@ def robust_fit(design: FloatArray, target: FloatArray, cluster: IntArray,
         own = cluster == group
         part, pull = _normal(design[own], target[own], weight[own] / scale**2, 0.0 * ridge,
                              centre)
-        without = np.linalg.lstsq(normal - part, right - pull, rcond=1e-12)[0]
+        without = _solved(normal - part, right - pull)
         step: FloatArray = without - value
         covariance += np.outer(step, step)
     covariance *= (len(groups) - 1) / len(groups)
     total = np.maximum(share.sum(axis=1), 1e-300)
     carried = np.maximum(2, np.round(total**2 / np.maximum((share**2).sum(axis=1), 1e-300)))
     return Fit(value, covariance, carried.astype(np.int64), scale)
+
+
+def _solved(matrix: FloatArray, right: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0], dtype=np.float64)
 
 
 def _normal(design: FloatArray, target: FloatArray, weight: FloatArray, ridge: FloatArray,

@@ -10,13 +10,27 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mecanum_base.core.estimation.encoder import SLACK, TWO_PI
+from mecanum_base.core.estimation.episodes import START
+from mecanum_base.core.estimation.estimator import (
+    FASTEST_TURN,
+    HARDEST_PUSH,
+    LONGEST_SILENCE,
+    ORDER,
+    Estimator,
+)
 from mecanum_base.core.estimation.ordering import FAR_NS
-from mecanum_base.core.estimation.output import BODY, WHEELS, estimate_of_row, row_size
+from mecanum_base.core.estimation.output import (
+    BODY,
+    POSE_COV,
+    TWIST,
+    WHEELS,
+    estimate_of_row,
+    row_size,
+)
 from mecanum_base.core.estimation.run_kernel import (
     BROKEN,
     DONE,
@@ -29,9 +43,6 @@ from mecanum_base.core.estimation.run_kernel import (
 )
 from mecanum_base.core.parameter import FloatArray, IntArray
 from mecanum_base.core.records import Estimate, ImuSample, Sample, TickSample, WheelSample
-
-if TYPE_CHECKING:
-    from mecanum_base.core.estimation.estimator import Estimator
 
 
 @dataclass(slots=True, eq=False)
@@ -62,12 +73,29 @@ class Rows:
     wheels: int
     rest: tuple[Estimate, ...] = ()  # estimates after the rows, where the run ended early
 
+    def at(self, row: int) -> Estimate:
+        """One row as a record."""
+        source = 'predicted' if self.predicted[row] else 'encoder'
+        return estimate_of_row(self.table[row].copy(), self.wheels, int(self.stamp_ns[row]),
+                               source)
+
     def estimates(self) -> tuple[Estimate, ...]:
         """The rows as records, then the rest."""
-        found = [estimate_of_row(row, self.wheels, stamp, 'predicted' if flag else 'encoder')
-                 for row, stamp, flag in zip(self.table, self.stamp_ns.tolist(),
-                                             self.predicted.tolist())]
-        return (*found, *self.rest)
+        return (*map(self.at, range(len(self.stamp_ns))), *self.rest)
+
+    def track(self) -> FloatArray:
+        """x y yaw vx vy wz and the covariance xx xy yy xyaw yyaw yawyaw of each row (R, 12)."""
+        cov = [POSE_COV + k for k in (0, 1, 4, 2, 5, 8)]
+        found: FloatArray = self.table[:, [*range(3), *range(TWIST, TWIST + 3), *cov]]
+        return found
+
+    def slip(self) -> FloatArray:
+        """Slip rate and probability of each wheel in turn, then of the body (R, 2 W + 1)."""
+        found = np.empty((len(self.table), 2 * self.wheels + 1))
+        found[:, 0:-1:2] = self.table[:, WHEELS:WHEELS + self.wheels]
+        found[:, 1:-1:2] = self.table[:, WHEELS + 2 * self.wheels:WHEELS + 3 * self.wheels]
+        found[:, -1] = self.table[:, BODY]
+        return found
 
 
 def take(estimator: Estimator, stretch: Stretch) -> Rows | None:
@@ -85,7 +113,7 @@ def take(estimator: Estimator, stretch: Stretch) -> Rows | None:
     newest = np.maximum.accumulate(np.concatenate(([order._newest], stamp)))
     if (stamp < newest[:-1] - order._wait).any() or (stamp > newest[:-1] + FAR_NS).any():
         return None
-    whole = _merged(items, stretch, estimator.joint_count)
+    whole = _merged(items, stretch, estimator._filter.model.wheels)
     kind = whole.kind
     stamp = np.where(kind == IMU, _at(whole.imu_ns, whole.index), _at(whole.frame_ns, whole.index))
     sequence = np.lexsort((kind, stamp))  # stable: equal ones stay in order of arrival
@@ -100,8 +128,7 @@ def take(estimator: Estimator, stretch: Stretch) -> Rows | None:
     order._queue = []
     for place in sequence[len(settled):]:  # still waiting: back into the merge
         sample = _sample(whole, int(place))
-        order._put(sample.stamp_ns, 4 if kind[place] == FRAME and not whole.ticks else
-                   5 if kind[place] == FRAME else 2, sample)
+        order._put(sample.stamp_ns, ORDER[type(sample)], sample)
     stream = 'wheel_ticks' if whole.ticks else 'joint_states'
     for name, count in (('imu', np.sum(stretch.kind == IMU)),
                         (stream, np.sum(stretch.kind == FRAME))):
@@ -113,7 +140,7 @@ def take(estimator: Estimator, stretch: Stretch) -> Rows | None:
 
 def _run(estimator: Estimator, whole: Stretch, settled: IntArray, stamp: IntArray,
          push: FloatArray, turned: FloatArray, stream: str) -> Rows:
-    body, angles, wheels = estimator._filter, estimator._angles, estimator.joint_count
+    body, angles, wheels = estimator._filter, estimator._angles, estimator._filter.model.wheels
     kind = np.ascontiguousarray(whole.kind[settled])
     value = np.zeros((len(kind), max(3, wheels)))
     value[kind == IMU, :3] = push
@@ -124,7 +151,7 @@ def _run(estimator: Estimator, whole: Stretch, settled: IntArray, stamp: IntArra
     marks = np.zeros((len(kind), 3, wheels))
     counts = np.zeros(3, dtype=np.int64)
     published = np.array([estimator._published], dtype=np.int64)
-    limits = np.array([estimator.LONGEST_SILENCE, estimator._period], dtype=np.int64)
+    limits = np.array([LONGEST_SILENCE, estimator._period], dtype=np.int64)
     taken, rows, reason = run(body.model, body.memory, kind, np.ascontiguousarray(stamp), value,
                               limits, published, table, row_stamp, predicted, marks, counts)
     estimator._published = int(published[0])
@@ -148,7 +175,10 @@ def _run(estimator: Estimator, whole: Stretch, settled: IntArray, stamp: IntArra
     rest: list[Estimate] = []
     if reason == BROKEN:
         body.recover()
-        estimator._predict_if_due(int(stamp[taken - 1]), rest)
+        now = int(stamp[taken - 1])
+        if now - estimator._published >= estimator._period:
+            body.predict(now)
+            rest.append(estimator._publish(now, 'predicted'))
     if reason != DONE:
         for place in settled[taken:]:
             estimator._process(_sample(whole, int(place)), rest)
@@ -160,9 +190,9 @@ def _episodes(estimator: Estimator, table: FloatArray, stamp: IntArray, predicte
     """Tell the slip episodes of every row that concerns them."""
     episodes = estimator._episodes
     chance = slice(WHEELS + 2 * wheels, WHEELS + 3 * wheels)
-    likely = (table[:, BODY] >= episodes.START) & (predicted[:len(table)] == 0)
+    likely = (table[:, BODY] >= START) & (predicted[:len(table)] == 0)
     for row in range(len(table)):
-        if likely[row] or (episodes.is_open and not predicted[row]):
+        if likely[row] or (episodes._open is not None and not predicted[row]):
             episodes.take(int(stamp[row]), float(table[row, BODY]), table[row, chance],
                           marks[row, 0], marks[row, 1], marks[row, 2])
 
@@ -200,9 +230,9 @@ def _sample(whole: Stretch, place: int) -> Sample:
         return ImuSample(int(whole.imu_ns[index]), whole.gyro[index], whole.accel[index])
     stamp = int(whole.frame_ns[index])
     if whole.ticks:
-        return TickSample(stamp, whole.angle[index])  # type: ignore[arg-type]
+        return TickSample(stamp, whole.angle[index])
     row = whole.angle[index]
-    return WheelSample(stamp, row, np.full(len(row), math.nan))  # type: ignore[arg-type]
+    return WheelSample(stamp, row, np.full(len(row), math.nan))
 
 
 def _push(estimator: Estimator, gyro: FloatArray, accel: FloatArray) -> FloatArray | None:
@@ -214,9 +244,9 @@ def _push(estimator: Estimator, gyro: FloatArray, accel: FloatArray) -> FloatArr
             turned = turn @ force
             found[row] = turn[2] @ rate, turned[0], turned[1]
     wz = found[:, 0]
-    wild = ~(np.abs(found[:, 1]) + np.abs(found[:, 2]) <= estimator.HARDEST_PUSH)
+    wild = ~(np.abs(found[:, 1]) + np.abs(found[:, 2]) <= HARDEST_PUSH)
     found[wild, 1:] = math.nan
-    fast = ~(np.abs(wz) <= estimator.FASTEST_TURN) & ~np.isnan(wz)
+    fast = ~(np.abs(wz) <= FASTEST_TURN) & ~np.isnan(wz)
     if fast.any() or (np.isnan(wz) & wild).any():
         return None
     return found
@@ -226,9 +256,10 @@ def _turned(estimator: Estimator, stamp: IntArray, reading: FloatArray | IntArra
             ticks: bool) -> FloatArray | None:
     """Angle (F, W) rad of each frame since arming; None where a reading is out of range."""
     angles = estimator._angles
-    if ticks != (angles._ticks is not None):
+    if ticks != (angles._ticks is not None) or angles._stamp is None:
         return None
-    dt = np.diff(np.concatenate(([angles._stamp], stamp)).astype(np.int64)) * 1e-9
+    before = np.array([angles._stamp], dtype=np.int64)
+    dt = np.diff(np.concatenate([before, stamp])) * 1e-9
     if (dt <= 0.0).any():
         return None
     if ticks:
