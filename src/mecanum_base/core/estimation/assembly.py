@@ -45,6 +45,7 @@ from mecanum_base.core.estimation.layout import (
     Memory,
 )
 from mecanum_base.core.estimation.model import Model
+from mecanum_base.core.estimation.output import row_size
 from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
 from mecanum_base.core.estimation.tuning import EstimatorConfig
 from mecanum_base.core.parameter import FloatArray
@@ -80,7 +81,8 @@ def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: Estimat
         late_weight=0.01,
         member=tables.member, likely=tables.likely, change=tables.change,
         pairs=tables.groups,
-        loose_sigma=3.0, regrip_factor=0.03, flat_speed=0.03, extra_creep=500.0, extra_time=0.15,
+        calm_span=0.025, loose_sigma=3.0, regrip_factor=0.03, flat_speed=0.03,
+        extra_creep=500.0, extra_time=0.15,
         drift_apart=0.1, patience=1.5,
         rest_window=0.25, rest_counts=1.5, rest_gyro=0.02, rest_accel=0.25,
         ratio_window=0.5, ratio_travel=0.05,
@@ -124,4 +126,4 @@ def memory_of(base: Base, model: Model, tuning: EstimatorConfig) -> Memory:
         clock=np.zeros(CLOCK_SIZE, dtype=np.int64), rows=np.ascontiguousarray(rolling_rows(base)),
         hinge=(np.array(base.initial_angle) if isinstance(base, Carriers) else np.zeros(0)),
         mode=np.eye(1, len(model.member))[0], wheel=wheel, slope=np.zeros((2 * SLOPE, w)),
-        past=np.zeros((PAST, 1 + 2 * w)), block=np.zeros((3, BLOCK)))
+        past=np.zeros((PAST, 1 + 2 * w)), row=np.zeros(row_size(w)), block=np.zeros((3, BLOCK)))

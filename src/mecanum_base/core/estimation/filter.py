@@ -9,6 +9,7 @@ from mecanum_base.core.estimation.frame import anchor, arm, predict, take_frame,
 from mecanum_base.core.estimation.geometry import Base
 from mecanum_base.core.estimation.layout import (
     ANGLE,
+    CARRIED,
     EXTRA,
     JITTER,
     LAST_FRAME,
@@ -116,6 +117,8 @@ class BodyFilter:
     def check(self) -> bool:
         """True while every number is finite and every variance positive; else roll back, widen."""
         memory = self.memory
+        if memory.m[CARRIED] > 0.0:
+            return True
         diagonal = memory.P.diagonal()
         if np.isfinite(memory.x.sum() + memory.P.sum()) and diagonal.min() > -1e-12:
             return True

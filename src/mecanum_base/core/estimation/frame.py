@@ -8,19 +8,29 @@ from mecanum_base.core.estimation.acceleration import kernel
 from mecanum_base.core.estimation.geometry import carrier_rows
 from mecanum_base.core.estimation.inertial import carry, read_imu
 from mecanum_base.core.estimation.layout import (
+    CARRIED,
     HAVE_ACCEL,
     HAVE_GYRO,
+    JUDGED,
+    KL,
+    KY,
     LAST_FRAME,
     LAST_IMU,
     LAST_YAW,
+    LATE,
+    LOOSE_FOR,
     NOW,
     PERIOD,
     QUIET,
+    REACH,
     REST,
     SLIP,
     STILL,
     STRETCH,
     SUM_T,
+    SUM_X,
+    SUM_Y,
+    SUM_YAW,
     TRAVEL,
     WZ,
     YAW,
@@ -31,11 +41,11 @@ from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.estimation.propagation import spread
 from mecanum_base.core.estimation.slip import measure, uncertainty, unlock, watch_slope
 from mecanum_base.core.estimation.standstill import leave, watch
-from mecanum_base.core.estimation.wheel_update import judge
+from mecanum_base.core.estimation.wheel_update import SURE, judge
 from mecanum_base.core.parameter import FloatArray
 
 EVEN = 0.2  # share of the period that a stamp may be off and still be jitter
-LONGEST = 0.025  # s, longest motion that one covariance step may cover
+LONGEST = 0.04  # s, longest motion that one covariance step may cover
 
 
 @kernel
@@ -55,6 +65,7 @@ def take_imu(model: Model, memory: Memory, now: int, gyro: float, ax: float, ay:
 def predict(model: Model, memory: Memory, now: int) -> None:
     """Carry state and covariance to ``now`` without a reading; a silent IMU is noticed here."""
     m, clock = memory.m, memory.clock
+    m[CARRIED] = 0.0
     if m[HAVE_GYRO] > 0.0 or m[HAVE_ACCEL] > 0.0:
         silent = (now - clock[LAST_IMU]) * 1e-9
         if silent > model.imu_gap:
@@ -71,52 +82,85 @@ def predict(model: Model, memory: Memory, now: int) -> None:
 
 
 @kernel
-def evened(memory: Memory, T: float) -> float:
-    """Time since the last frame [s] without stamp jitter, where frames come at a steady rate."""
+def evened(memory: Memory, step: float, span: float) -> float:
+    """``span`` [s] without stamp jitter, where frames come at a steady rate of about ``step``."""
     m = memory.m
     period = float(m[PERIOD])
     if period == 0.0:
-        m[PERIOD] = T
-        return T
-    m[PERIOD] += 0.02 * min(max(T - period, -0.1 * period), 0.1 * period)
-    whole = period * float(round(T / period))
-    return whole if abs(T - whole) < EVEN * period else T
+        m[PERIOD] = step
+        return span
+    m[PERIOD] += 0.02 * min(max(step - period, -0.1 * period), 0.1 * period)
+    whole = period * float(round(span / period))
+    return whole if abs(span - whole) < EVEN * period else span
 
 
 @kernel
-def take_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: FloatArray) -> None:
-    """Use the travel z (W,) m of one encoder frame; ``valid`` (W,) is 1 where it is known."""
-    m, clock, wheel = memory.m, memory.clock, memory.wheel
-    T = (now - clock[LAST_FRAME]) * 1e-9
-    m[STRETCH] = evened(memory, T) / T
-    predict(model, memory, now)
-    m[STRETCH] = 1.0
-    clock[LAST_FRAME] = now
-    moved = False
-    for i in range(model.wheels):
-        if valid[i] > 0.0 and abs(z[i] - wheel[REST, i]) > model.rest_counts * model.tick[i]:
-            moved = True
-    if moved:
+def calm(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, span: float) -> bool:
+    """True where a frame says nothing new: all grip, all residuals small, the last step recent.
+
+    Travel is cumulative, so a frame that is passed over loses nothing: the next one carries it.
+    """
+    m, x, w = memory.m, memory.x, model.wheels
+    if (span >= model.calm_span or memory.mode[0] < SURE or m[LOOSE_FOR] > 0.0
+            or m[HAVE_GYRO] == 0.0 or m[HAVE_ACCEL] == 0.0 or m[LATE] > 0.5
+            or memory.hinge.shape[0] > 0 or valid.min() == 0.0):
+        return False
+    phi, creep = K + w, K + 2 * w
+    motion = np.array([float(m[SUM_X]), (1.0 + float(x[KY])) * float(m[SUM_Y]),
+                       (1.0 + float(x[KL])) * float(m[SUM_YAW])])
+    r = z - x[phi:creep] - (1.0 + x[K:phi]) * (memory.rows @ motion)
+    return bool((np.abs(r) < memory.wheel[REACH]).all())
+
+
+@kernel
+def still(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, step: float) -> bool:
+    """Do the wheels keep their place? Ends a standstill where they do not; True while it lasts."""
+    m, wheel = memory.m, memory.wheel
+    moved = valid * np.abs(z - wheel[REST]) > model.rest_counts * model.tick
+    if moved.any():
         wheel[REST] = np.where(valid > 0.0, z, wheel[REST])
         m[QUIET] = 0.0
         if m[STILL] > 0.0:
             leave(memory)
     else:
-        m[QUIET] += T
-    if m[STILL] > 0.0:
-        wheel[TRAVEL] = np.where(valid > 0.0, z, wheel[TRAVEL])
-        wheel[SLIP] = 0.0
-        m[LAST_YAW] = memory.x[YAW]
+        m[QUIET] += step
+    if m[STILL] == 0.0:
+        return False
+    wheel[TRAVEL] = np.where(valid > 0.0, z, wheel[TRAVEL])
+    wheel[SLIP] = 0.0
+    m[LAST_YAW] = memory.x[YAW]
+    return True
+
+
+@kernel
+def take_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: FloatArray) -> None:
+    """Use the travel z (W,) m of one encoder frame; ``valid`` (W,) is 1 where it is known."""
+    m, clock = memory.m, memory.clock
+    step = (now - clock[LAST_FRAME]) * 1e-9
+    span = (now - clock[JUDGED]) * 1e-9
+    lost = (now - clock[LAST_IMU]) * 1e-9 > model.imu_gap
+    clock[LAST_FRAME] = now
+    m[STRETCH] = evened(memory, step, span) / span
+    if not lost:
+        carry(model, memory, now)
+        if m[STILL] == 0.0 and calm(model, memory, z, valid, span):
+            still(model, memory, z, valid, step)
+            m[CARRIED] = 1.0
+            return
+    predict(model, memory, now)
+    m[STRETCH] = 1.0
+    clock[JUDGED] = now
+    if still(model, memory, z, valid, step):
         return
-    judge(model, memory, z, valid, T)
-    if m[HAVE_GYRO] == 0.0 and T > 0.0:
-        m[WZ] = (memory.x[YAW] - m[LAST_YAW]) / T
+    judge(model, memory, z, valid, span)
+    if m[HAVE_GYRO] == 0.0:
+        m[WZ] = (memory.x[YAW] - m[LAST_YAW]) / span
     m[LAST_YAW] = memory.x[YAW]
     if memory.hinge.shape[0] > 0:
         memory.rows[:, :] = carrier_rows(model.carriers, memory.hinge)
-    measure(model, memory, z, valid, T)
+    measure(model, memory, z, valid, span)
     watch_slope(model, memory)
-    unlock(model, memory, T)
+    unlock(model, memory, span)
     uncertainty(model, memory)
 
 
@@ -125,6 +169,7 @@ def arm(model: Model, memory: Memory, now: int, z: FloatArray) -> None:
     """The first frame: every wheel starts from its present travel z (W,) m."""
     w = model.wheels
     memory.clock[LAST_FRAME] = now
+    memory.clock[JUDGED] = now
     memory.x[K + w:K + 2 * w] = z
     memory.wheel[TRAVEL] = z
     memory.wheel[REST] = z

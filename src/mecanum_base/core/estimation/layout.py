@@ -4,9 +4,10 @@ State x (N,), N = 13 + 3 W, W wheels:
 
     PX, PY, YAW         pose of base_link in odom                        m, m, rad
     VX, VY              velocity of base_link in its own axes            m/s
-    BG, BAX, BAY        gyro bias; accelerometer bias + gravity leak     rad/s, m/s^2
-    KG, KAX, KAY        scale errors of gyro and accelerometer           1
+    BG, KG              gyro bias and scale error                        rad/s, 1
     KY, KL              errors of lateral gain and of lever (yaw) gain   1
+    BAX, BAY            accelerometer bias + gravity leak                m/s^2
+    KAX, KAY            scale errors of the accelerometer                1
     K .. K+W            scale error of each wheel (radius)               1
     PHI .. PHI+W        travel each wheel would show if nothing slipped  m along its roller axis
     CREEP .. CREEP+W    slow creep of a gripping wheel under traction    m/s along its roller axis
@@ -21,18 +22,18 @@ from typing import NamedTuple
 
 from mecanum_base.core.parameter import FloatArray, IntArray
 
-PX, PY, YAW, VX, VY, BG, BAX, BAY, KG, KAX, KAY, KY, KL, K = range(14)
+PX, PY, YAW, VX, VY, BG, KG, KY, KL, BAX, BAY, KAX, KAY, K = range(14)
 
 # scalars of the working memory (Memory.m)
 (HAVE_GYRO, HAVE_ACCEL, GYRO, ACC_X, ACC_Y, DONE_GYRO, DONE_AX, DONE_AY,
  SUM_T, SUM_X, SUM_Y, SUM_YAW, SUM_VX, SUM_VY, SUM_WX, SUM_WY, TURN_NOISE, PUSH_NOISE,
  SHAKE, TREMOR, WZ, LAST_YAW, JITTER, PERIOD, STILL, REST_FOR, QUIET, LOOSE_FOR, LOCKED_FOR,
  GRIP_NIS, PARITY, BODY, LATE, PENDING_T, SLOW_AX, SLOW_AY, SLOW_W, STRETCH,
- SLOW_VX, SLOW_VY, M_SIZE) = range(41)
+ SLOW_VX, SLOW_VY, CARRIED, M_SIZE) = range(42)
 
 # integers of the working memory (Memory.clock), nanoseconds unless said
 (NOW, LAST_IMU, LAST_FRAME, SLOPE_AT, SLOPE_FILL, LATEST, PAST_AT, PAST_FILL,
- PAST_STAMP, CLOCK_SIZE) = range(10)
+ PAST_STAMP, PAST_OLD, JUDGED, CLOCK_SIZE) = range(12)
 
 
 class Memory(NamedTuple):
@@ -48,12 +49,13 @@ class Memory(NamedTuple):
     wheel: FloatArray  # (WHEEL_ROWS, W) per-wheel quantities named below
     slope: FloatArray  # (2 * SLOPE, W) slip speeds of the last frames, a ring
     past: FloatArray  # (PAST, 1 + 2 W) stamps [s], travel and slid travel of the ratio window
+    row: FloatArray  # (row size,) the last full output row
     block: FloatArray  # (3, BLOCK) sums of the standstill detector: current and two before
 
 
 # rows of Memory.wheel
 (TRAVEL, SLIP, ANGLE, PROBABILITY, EXTRA, REST, FLAT, SLIPPING_FOR, FROZEN_FOR, SIGMA,
- STEP, ROLLED, PENDING, WHEEL_ROWS) = range(14)
+ STEP, PENDING, REACH, WHEEL_ROWS) = range(14)
 
 # columns of Memory.block
 B_N, B_T, B_G, B_GG, B_X, B_XX, B_Y, B_YY, B_LOW, B_HIGH, BLOCK = range(11)

@@ -42,6 +42,7 @@ class Model(NamedTuple):
     likely: FloatArray  # (W, W, M) covariance of slip speeds in the likelihood, (m/s)^2
     change: FloatArray  # (M, M) rates of change between hypotheses, 1/s
     pairs: FloatArray  # (G, W) groups of wheels whose roller axes are parallel
+    calm_span: float  # s that calm frames may wait for a covariance step
     loose_sigma: float  # m/s, slip speed in the update: as good as unknown
     regrip_factor: float  # penalty for gripping again while the slip speed still changes
     flat_speed: float  # m/s of change in slip speed that counts as none

@@ -17,12 +17,14 @@ from mecanum_base.core.estimation.acceleration import kernel
 from mecanum_base.core.estimation.layout import (
     ANGLE,
     BG,
+    CARRIED,
     HAVE_GYRO,
     KG,
     LAST_FRAME,
     PAST,
     PAST_AT,
     PAST_FILL,
+    PAST_OLD,
     PAST_STAMP,
     PX,
     SIGMA,
@@ -60,6 +62,8 @@ def remember(model: Model, memory: Memory) -> None:
     clock[PAST_STAMP] = now
     clock[PAST_AT] = (clock[PAST_AT] + 1) % PAST
     clock[PAST_FILL] = min(clock[PAST_FILL] + 1, PAST)
+    if clock[PAST_OLD] == clock[PAST_AT]:  # the ring has caught up with its oldest slot
+        clock[PAST_OLD] = (clock[PAST_AT] + 1) % PAST
     slot = memory.past[clock[PAST_AT]]
     w = model.wheels
     slot[0] = now * 1e-9
@@ -75,18 +79,18 @@ def ratios(model: Model, memory: Memory, out: FloatArray) -> None:
     out[:] = math.nan
     if clock[PAST_FILL] < 2:
         return
-    now = clock[LAST_FRAME] * 1e-9
-    k = 0
-    while k + 1 < clock[PAST_FILL]:
-        if now - past[(clock[PAST_AT] - k) % PAST, 0] >= model.ratio_window:
-            break
-        k += 1
-    slot = past[(clock[PAST_AT] - k) % PAST]
+    horizon = clock[LAST_FRAME] * 1e-9 - model.ratio_window
+    oldest = clock[PAST_OLD]
+    while oldest != clock[PAST_AT] and past[(oldest + 1) % PAST, 0] <= horizon:
+        oldest = (oldest + 1) % PAST
+    clock[PAST_OLD] = oldest
+    slot = past[oldest]
     turned = memory.wheel[TRAVEL] - slot[1:1 + w]
+    if np.abs(turned).max() < model.ratio_travel:
+        return
     slid = memory.wheel[ANGLE] - slot[1 + w:1 + 2 * w]
-    for i in range(w):
-        if abs(turned[i]) >= model.ratio_travel:
-            out[i] = 1.0 - slid[i] / turned[i]
+    far = np.abs(turned) >= model.ratio_travel
+    out[:w] = np.where(far, 1.0 - slid / np.where(far, turned, 1.0), math.nan)
     claim = model.inverse @ turned
     lost = model.inverse @ slid
     size = claim[0] * claim[0] + claim[1] * claim[1]
@@ -112,15 +116,21 @@ def describe(model: Model, memory: Memory, row: FloatArray) -> None:
     """Fill ``row`` (row_size(W),) with the estimate of this moment."""
     w = model.wheels
     x, P, m, wheel = memory.x, memory.P, memory.m, memory.wheel
-    row[POSE:POSE_COV] = x[PX:YAW + 1]
-    row[POSE_COV:TWIST] = P[PX:YAW + 1, PX:YAW + 1].copy().ravel()
-    row[TWIST:WHEELS] = 0.0
-    row[TWIST] = x[VX]
-    row[TWIST + 1] = x[VY]
-    row[TWIST + 2] = m[WZ]
     wz = float(m[WZ])
-    if m[STILL] > 0.0:
-        row[TWIST:TWIST_COV] = 0.0
+    if m[CARRIED] > 0.0:  # nothing but the motion is new
+        row[:] = memory.row
+        row[POSE:POSE_COV] = x[PX:YAW + 1]
+        row[TWIST] = x[VX]
+        row[TWIST + 1] = x[VY]
+        row[TWIST + 2] = wz
+        return
+    row[POSE:POSE_COV] = x[PX:YAW + 1]
+    row[POSE_COV:TWIST] = np.ascontiguousarray(P[PX:YAW + 1, PX:YAW + 1]).reshape(9)
+    row[TWIST:WHEELS] = 0.0
+    if m[STILL] == 0.0:
+        row[TWIST] = x[VX]
+        row[TWIST + 1] = x[VY]
+        row[TWIST + 2] = wz
     turn = model.blind_turn ** 2 * 0.01
     if m[HAVE_GYRO] > 0.0:
         turn = P[BG, BG] + wz * wz * P[KG, KG] + 100.0 * model.gyro_noise ** 2
@@ -130,19 +140,15 @@ def describe(model: Model, memory: Memory, row: FloatArray) -> None:
     row[TWIST_COV + 4] = P[VY, VY]
     row[TWIST_COV + 8] = turn
     row[SLIP_TWIST:SLIP_COV] = model.inverse @ wheel[SLIP]
-    spread = np.zeros((3, 3))
-    spread[0, 0] = P[VX, VX] + 25e-6
-    spread[0, 1] = P[VX, VY]
-    spread[1, 0] = P[VY, VX]
-    spread[1, 1] = P[VY, VY] + 25e-6
-    spread[2, 2] = turn + 25e-6
-    row[SLIP_COV:BODY] = spread.ravel()
+    row[SLIP_COV:BODY] = row[TWIST_COV:SLIP_TWIST]
+    row[SLIP_COV:BODY:4] += 25e-6
     chance = slipping(wheel[SLIP], wheel[SIGMA])
     row[BODY] = chance.max()
     row[WHEELS:WHEELS + w] = wheel[SLIP] / model.travel
     row[WHEELS + w:WHEELS + 2 * w] = wheel[ANGLE] / model.travel
     row[WHEELS + 2 * w:WHEELS + 3 * w] = chance
     ratios(model, memory, row[WHEELS + 3 * w:])
+    memory.row[:] = row
 
 
 def estimate_of_row(row: FloatArray, wheels: int, stamp_ns: int, source: str) -> Estimate:

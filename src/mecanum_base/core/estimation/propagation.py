@@ -37,7 +37,6 @@ from mecanum_base.core.estimation.layout import (
     LOOSE_FOR,
     PX,
     PY,
-    ROLLED,
     SHAKE,
     SLOW_AX,
     SLOW_AY,
@@ -62,6 +61,9 @@ from mecanum_base.core.estimation.layout import (
 )
 from mecanum_base.core.estimation.model import Model
 
+# columns of A behind VX, VY, BG, KG, KY, KL in the rows of the travel states
+SPREAD = np.array([0, 1, 2, 2, 1, 2])
+
 
 @kernel
 def spread(model: Model, memory: Memory) -> None:
@@ -76,22 +78,19 @@ def spread(model: Model, memory: Memory) -> None:
     turn = float(m[SUM_YAW])
     lateral, lever = 1.0 + float(x[KY]), 1.0 + float(x[KL])
     motion = np.array([float(m[SUM_X]), lateral * float(m[SUM_Y]), lever * turn])
-    rolled = rows @ motion  # travel of ideal wheels over the step
-    gain = 1.0 + x[K:phi]
     decay = math.exp(-T / model.creep_time)
-    crept = x[creep:n] * T
-    x[phi:creep] += gain * rolled + crept
+    rolled = (1.0 + x[K:phi]) * (rows @ motion)
+    x[phi:creep] += rolled + T * x[creep:n]
+    x[creep:n] *= decay
     if memory.hinge.shape[0] > 0:
         memory.hinge[:] += hinge_increment(model.carriers, memory.hinge, motion)
-    x[creep:n] *= decay
 
     even = T * float(m[STRETCH])  # s, without the jitter of the stamps
     slow_turn = float(m[SLOW_W]) * even
-    vx = float(x[VX]) - float(m[SUM_VX]) - turn * float(x[VY])  # at the start of the step
-    vy = float(x[VY]) - float(m[SUM_VY]) + turn * float(x[VX])
-    slow_y = float(m[SLOW_VY]) * even
-    slow_rolled = rows @ np.array([float(m[SLOW_VX]) * even, lateral * slow_y,
-                                   lever * slow_turn])
+    slow_x, slow_y = float(m[SLOW_VX]) * even, float(m[SLOW_VY]) * even
+    push_x, push_y = float(m[SUM_VX]), float(m[SUM_VY])
+    end_x, end_y = float(x[VX]), float(x[VY])
+    vx, vy = end_x - push_x - turn * end_y, end_y - push_y + turn * end_x  # at its start
     yaw = float(x[YAW]) - 0.5 * turn
     c, s = math.cos(yaw), math.sin(yaw)
     F = np.eye(n)
@@ -113,26 +112,24 @@ def spread(model: Model, memory: Memory) -> None:
     F[VY, KG] = vx * slow_turn
     F[VY, BAY] = -T
     F[VY, KAY] = -m[SLOW_AY] * T
-    F[phi:creep, VX] = rows[:, 0] * even
-    F[phi:creep, VY] = rows[:, 1] * (lateral * even)
-    F[phi:creep, BG] = rows[:, 2] * (-lever * even)
-    F[phi:creep, KG] = rows[:, 2] * (-lever * slow_turn)
-    F[phi:creep, KY] = rows[:, 1] * slow_y
-    F[phi:creep, KL] = rows[:, 2] * slow_turn
+    F[phi:creep, VX:KL + 1] = rows[:, SPREAD] * np.array(
+        [even, lateral * even, -lever * even, -lever * slow_turn, slow_y, slow_turn])
+    slow_rolled = rows @ np.array([slow_x, lateral * slow_y, lever * slow_turn])
     for i in range(w):
         F[phi + i, K + i] = slow_rolled[i]
         F[phi + i, creep + i] = even
         F[creep + i, creep + i] = decay
 
-    speed = min(1.5, math.hypot(vx, vy) + 0.2 * abs(turn) / T)
+    speed = min(1.5, math.hypot(end_x, end_y) + 0.2 * abs(turn) / T)
     share = T / (T + model.traction_time)
-    m[SLOW_AX] += share * (m[SUM_VX] / T - m[SLOW_AX])
-    m[SLOW_AY] += share * (m[SUM_VY] / T - m[SLOW_AY])
+    ax = float(m[SLOW_AX]) + share * (push_x / T - float(m[SLOW_AX]))
+    ay = float(m[SLOW_AY]) + share * (push_y / T - float(m[SLOW_AY]))
+    m[SLOW_AX], m[SLOW_AY] = ax, ay
     share = T / (T + model.scale_time)
     m[SLOW_W] += share * (turn / T - m[SLOW_W])
     m[SLOW_VX] += share * (vx - m[SLOW_VX])
     m[SLOW_VY] += share * (vy - m[SLOW_VY])
-    push = math.hypot(float(m[SLOW_AX]), float(m[SLOW_AY]))
+    push = math.hypot(ax, ay)
     trust = 1.0
     if m[LOCKED_FOR] > model.patience:
         trust += 400.0 * (float(m[LOCKED_FOR]) - model.patience)
@@ -148,31 +145,29 @@ def spread(model: Model, memory: Memory) -> None:
         qa = model.blind_push ** 2 * T
     G = np.zeros((n, 3))
     rg, ra = math.sqrt(qg), math.sqrt(qa)
-    G[YAW, 0] = rg
-    G[VX, 0] = vy * rg
-    G[VY, 0] = -vx * rg
-    G[phi:creep, 0] = rows[:, 2] * rg
-    G[VX, 1] = ra
-    G[VY, 2] = ra
-    G[phi:creep, 1] = rows[:, 0] * (0.5 * T * ra)
-    G[phi:creep, 2] = rows[:, 1] * (0.5 * T * ra)
+    G[VX, 0] = ra
+    G[VY, 1] = ra
+    G[YAW, 2] = rg
+    G[VX, 2] = vy * rg
+    G[VY, 2] = -vx * rg
+    G[phi:creep] = rows * np.array([0.5 * T * ra, 0.5 * T * ra, rg])
 
     P = F @ memory.P @ F.T + G @ G.T
-    qbg, qba = model.gyro_drift ** 2 * T, model.accel_drift ** 2 * T * trust
-    P[BG, BG] += qbg
+    qba = model.accel_drift ** 2 * T * trust
+    P[BG, BG] += model.gyro_drift ** 2 * T
     P[BAX, BAX] += qba
     P[BAY, BAY] += qba
-    micro = (model.rolling_noise ** 2 + model.traction_noise ** 2 * push) * np.abs(rolled)
+    size = np.abs(rolled)
+    micro = model.rolling_noise ** 2 + model.traction_noise ** 2 * push
     sigma = model.creep_rest * speed + model.creep_traction * push + model.creep_hard * push * push
-    if m[LOOSE_FOR] > 0.0:
+    loose = m[LOOSE_FOR] > 0.0
+    if loose:
         sigma += model.creep_loose
+        memory.wheel[EXTRA] += (model.extra_creep * model.rolling_noise ** 2) * size
     grow = sigma * sigma * (1.0 - decay * decay)
     for i in range(w):
-        P[phi + i, phi + i] += micro[i] + 1e-12
+        P[phi + i, phi + i] += micro * size[i] + 1e-12
         P[creep + i, creep + i] += grow
-    memory.P[:, :] = 0.5 * (P + P.T)
-    memory.wheel[ROLLED] += gain * rolled
-    if m[LOOSE_FOR] > 0.0:
-        memory.wheel[EXTRA] += (model.extra_creep * model.rolling_noise ** 2) * np.abs(rolled)
+    memory.P[:, :] = P
     for k in range(SUM_T, SUM_WY + 1):
         m[k] = 0.0

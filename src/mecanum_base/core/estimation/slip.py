@@ -28,7 +28,6 @@ from mecanum_base.core.estimation.layout import (
     PROBABILITY,
     SIGMA,
     SLIP,
-    SLIPPING_FOR,
     SLOPE,
     SLOPE_AT,
     SLOPE_FILL,
@@ -67,16 +66,8 @@ def measure(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: f
     wheel[SLIP] += gain * (slid / T - wheel[SLIP])
     wheel[ANGLE] += slid
     wheel[TRAVEL] = np.where(valid > 0.0, z, wheel[TRAVEL] + rolling)
-    for i in range(w):
-        if valid[i] > 0.0 and abs(step[i]) < FROZEN_STEP * model.tick[i]:
-            if abs(rolling[i]) > 0.05 * T:
-                wheel[FROZEN_FOR, i] += T
-        else:
-            wheel[FROZEN_FOR, i] = 0.0
-        if wheel[PROBABILITY, i] > 0.5:
-            wheel[SLIPPING_FOR, i] += T
-        else:
-            wheel[SLIPPING_FOR, i] = 0.0
+    held = (valid > 0.0) & (np.abs(step) < FROZEN_STEP * model.tick)
+    wheel[FROZEN_FOR] = np.where(held, wheel[FROZEN_FOR] + T * (np.abs(rolling) > 0.05 * T), 0.0)
 
 
 @kernel
@@ -87,10 +78,13 @@ def watch_slope(model: Model, memory: Memory) -> None:
     memory.slope[at] = memory.wheel[SLIP]
     clock[SLOPE_AT] = (at + 1) % (2 * SLOPE)
     clock[SLOPE_FILL] = min(clock[SLOPE_FILL] + 1, 2 * SLOPE)
+    if memory.wheel[PROBABILITY].max() <= 0.5:
+        memory.wheel[FLAT] = 1.0  # nobody slips: nothing to judge
+        return
+    if clock[SLOPE_FILL] < 2 * SLOPE:
+        memory.wheel[FLAT] = 1.0
+        return
     for i in range(model.wheels):
-        if clock[SLOPE_FILL] < 2 * SLOPE:
-            memory.wheel[FLAT, i] = 1.0
-            continue
         old = new = 0.0
         for k in range(SLOPE):
             new += memory.slope[(at - k) % (2 * SLOPE), i]
@@ -103,6 +97,9 @@ def unlock(model: Model, memory: Memory, T: float) -> None:
     """Let the velocity grow uncertain along directions that no gripping wheel holds."""
     m, P = memory.m, memory.P
     xx = xy = yy = 0.0
+    if memory.wheel[PROBABILITY].max() <= 0.5:
+        m[LOCKED_FOR] = 0.0
+        return
     for i in range(model.wheels):
         share = 0.0 if memory.wheel[PROBABILITY, i] > 0.5 else 2.0 / model.wheels
         ax, ay = memory.rows[i, 0], memory.rows[i, 1]

@@ -33,6 +33,7 @@ from mecanum_base.core.estimation.layout import (
     LATE,
     LOOSE_FOR,
     PROBABILITY,
+    REACH,
     VX,
     VY,
     WZ,
@@ -43,6 +44,7 @@ from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.parameter import FloatArray
 
 NEGLIGIBLE = 1e-4  # a hypothesis this improbable takes no part in the update
+CALM = 2.5  # standard deviations of a residual that is not worth a covariance step
 SURE = 0.99  # probability of grip above which the short path is taken
 LATE_SIGMA = 0.006  # s, size of a late stamp
 MISSING = 1.0  # m^2, variance that stands for a wheel without a reading
@@ -85,16 +87,20 @@ def log_likelihood(S: FloatArray, r: FloatArray) -> FloatArray:
 
 
 @kernel
-def correct(memory: Memory, wheels: int, r: FloatArray, S: FloatArray, U: FloatArray) -> None:
-    """Plain update by all wheels; U (W,) variance added to each wheel's travel."""
+def correct(memory: Memory, wheels: int, r: FloatArray, S: FloatArray, inverse: FloatArray,
+            U: FloatArray) -> None:
+    """Plain update by all wheels; ``inverse`` of S; U (W,) variance added to each travel."""
     phi, creep = K + wheels, K + 2 * wheels
     D = np.ascontiguousarray(memory.P[:, phi:creep])
-    full = S.copy()
-    for i in range(wheels):
-        D[phi + i, i] += U[i]
-        full[i, i] += U[i]
-        memory.P[phi + i, phi + i] += U[i]
-    gain = D @ np.linalg.inv(full)
+    if U.max() > 0.0:
+        D = D.copy()
+        full = S.copy()
+        for i in range(wheels):
+            D[phi + i, i] += U[i]
+            full[i, i] += U[i]
+            memory.P[phi + i, phi + i] += U[i]
+        inverse = np.linalg.inv(full)
+    gain = D @ inverse
     memory.x[:] += gain @ r
     P = memory.P - gain @ D.T
     memory.P[:, :] = 0.5 * (P + P.T)
@@ -173,13 +179,14 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
     S = grip + tj * np.outer(speed, speed)
     for i in range(w):
         S[i, i] += model.resolution[i] ** 2 + (1.0 - valid[i]) * MISSING
-    y = np.linalg.solve(S, r)
-    nis = float(r @ y)
+    memory.wheel[REACH] = CALM * np.sqrt(np.diag(S))
+    inverse: FloatArray = np.linalg.inv(S)
+    nis = float(r @ inverse @ r)
     m[GRIP_NIS] = nis
     short = memory.mode[0] > SURE and nis < 2.25 * w
     late = 0.0
     if short:
-        correct(memory, w, r, S, memory.wheel[EXTRA])
+        correct(memory, w, r, S, inverse, memory.wheel[EXTRA])
         grips = 1.0
         memory.mode[:] = 0.0
         memory.mode[0] = 1.0
