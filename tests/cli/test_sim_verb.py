@@ -92,6 +92,18 @@ def test_wrong_usage_is_one_line_and_exit_code_2(words, text, capsys, tmp_path, 
     assert not (tmp_path / 'x').exists()
 
 
+def test_an_own_scenario_brings_its_own_robot(tmp_path, capsys):
+    from mecanum_base.robot_file import shipped
+    text = (shipped() / 'mecanum4.yaml').read_text(encoding='utf-8')
+    (tmp_path / 'mine.yaml').write_text(text.replace('front_left', 'vorn_links'), encoding='utf-8')
+    (tmp_path / 'test.yaml').write_text('robot: mine.yaml\nduration: 0.2\n', encoding='utf-8')
+    assert main(['sim', '--scenario', str(tmp_path / 'test.yaml'), '--out',
+                 str(tmp_path / 'run')]) == 0
+    assert 'test, seed 1: 0.2 s' in capsys.readouterr().out
+    head = (tmp_path / 'run' / 'truth.csv').read_text(encoding='utf-8').splitlines()[0]
+    assert 'vorn_links_wheel_joint.slip_rate' in head
+
+
 def test_a_folder_that_holds_something_is_not_overwritten(run_folder, capsys):
     assert simulate(run_folder) == 2
     assert 'not overwritten' in capsys.readouterr().err

@@ -68,11 +68,11 @@ def _list() -> int:
 def _headless(options: argparse.Namespace) -> int:
     from mecanum_base.bag.simulated import write_bag, write_truth
     from mecanum_base.cli.progress import Progress
-    from mecanum_base.robot_file import load_robot, read_text, shipped
+    from mecanum_base.robot_file import load_robot, read_text
     from mecanum_base.sim.headless import run as simulate
     from mecanum_base.sim.scenario_file import find_scenario, load_scenario
     scenario = load_scenario(options.scenario)
-    robot_path = pathlib.Path(options.robot or shipped() / scenario.robot)
+    robot_path = robot_of(scenario.robot, options.scenario, options.robot)
     robot, out = load_robot(robot_path), pathlib.Path(options.out)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise ConfigError('--out', str(out), 'exists already and is not overwritten')
@@ -98,11 +98,23 @@ def _headless(options: argparse.Namespace) -> int:
     return 0
 
 
+def robot_of(name: str, scenario: str, given: str | None) -> pathlib.Path:
+    """The robot file: the one given, else that beside the scenario file, else a shipped one."""
+    from mecanum_base.robot_file import shipped
+    from mecanum_base.sim.scenario_file import find_scenario
+    beside = find_scenario(scenario).parent / name
+    return pathlib.Path(given) if given else beside if beside.is_file() else shipped() / name
+
+
 def _gallery(options: argparse.Namespace) -> int:
     from mecanum_base.cli.progress import Progress
     from mecanum_base.report.gallery import write_gallery
+    from mecanum_base.sim.scenario_file import load_scenario
+    robot = options.robot
+    if options.scenario is not None:
+        robot = str(robot_of(load_scenario(options.scenario).robot, options.scenario, robot))
     with Progress('gallery') as progress:
         page = write_gallery(pathlib.Path(options.out), options.scenario, options.seed,
-                             options.duration, options.robot, progress.update)
+                             options.duration, robot, progress.update)
     print(f'written to {page}')
     return 0

@@ -34,7 +34,7 @@ class Scenario:
     """
 
     title: str = parameter('str', '', 'what it shows, in one line', default='')
-    robot: str = parameter('str', '', 'robot file, beside the shipped ones',
+    robot: str = parameter('str', '', 'robot file beside this file, or a shipped one',
                            default='mecanum4.yaml')
     duration: float = parameter('float', 's', 'how long it lasts', default=10.0, low=0.0,
                                 open_low=True, high=86400.0)
