@@ -156,20 +156,22 @@ def test_samples_wait_for_the_mount_and_none_is_lost(robot, from_tf):
         (e.stamp_ns, e.pose.tolist()) for e in expected]
 
 
-def test_without_the_mount_the_wheels_alone_go_on_after_the_wait(from_tf):
+def test_without_the_mount_the_wheels_alone_go_on_after_the_wait(from_tf, monkeypatch):
+    monkeypatch.setattr('mecanum_base.intake.MOUNT_WAIT', 0.5)
     intake = Intake(from_tf)
-    estimates = run(intake, count=520)  # 5.2 s of data
-    assert len(estimates) > 500
+    estimates = run(intake, count=70)
+    assert len(estimates) > 60
     assert intake.estimator.health.used.get('imu', 0) == 0
-    assert intake.estimator.health.rejected[('imu', 'mount unknown: not on tf_static')] > 900
+    assert intake.estimator.health.rejected[('imu', 'mount unknown: not on tf_static')] > 120
 
 
-def test_a_mount_that_comes_late_is_used_from_the_last_pose_on(from_tf):
+def test_a_mount_that_comes_late_is_used_from_the_last_pose_on(from_tf, monkeypatch):
+    monkeypatch.setattr('mecanum_base.intake.MOUNT_WAIT', 0.5)
     intake = Intake(from_tf)
-    before = run(intake, count=520, extra=[(510, pose(START + 510 * STEP))])
+    before = run(intake, count=70, extra=[(60, pose(START + 60 * STEP))])
     intake.static_transform('base_link', 'imu_link', (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
     after = []
-    for index in range(521, 560):
+    for index in range(71, 110):
         for sample in (imu(index), wheels(index)):
             after += intake.handle(sample)
     assert before[-1].pose[0] == pytest.approx(3.0, abs=1e-3)
@@ -273,7 +275,7 @@ class Wild:
         return intake.wheel_ticks(Made(data=[rng.choice([0, 2**63 - 1, -2**63])] * 4), now)
 
 
-@pytest.mark.parametrize('seed', range(8))
+@pytest.mark.parametrize('seed', range(5))
 def test_wild_messages_never_raise_nor_give_an_estimate_that_is_not_sound(robot, seed):
     wild, intake, now = Wild(seed, robot.base.joint), Intake(robot), START
     for _ in range(300):

@@ -264,7 +264,7 @@ def test_a_killed_process_leaves_all_but_the_last_second_and_recovery_completes_
         publisher.publish(twist)
         sent.append(clock.now().nanoseconds)
     outside.node.create_timer(0.005, send)
-    outside.wait(2.5)
+    outside.wait(1.6)
     killed_at = clock.now().nanoseconds
     process.send(signal.SIGKILL)
     assert process.finish() == -signal.SIGKILL
