@@ -116,6 +116,16 @@ def test_the_list_names_every_scenario_with_its_length(capsys):
     assert len(lines) >= 16
 
 
+def test_keys_explains_every_key_and_kind_of_event(capsys):
+    from mecanum_base.sim.faults import KINDS
+    assert main(['sim', '--keys']) == 0
+    text = capsys.readouterr().out
+    for word in ('duration', 'patches', 'grade', 'seconds', 'turn_speed', 'creep_stiffness',
+                 '[kg]', 'needed', *KINDS):
+        assert word in text, word
+    assert max(map(len, text.splitlines())) < 100
+
+
 def test_the_gallery_draws_a_scenario_into_one_page(tmp_path, capsys):
     pytest.importorskip('matplotlib')
     assert main(['sim', '--gallery', '--scenario', 'collision', '--duration', '6',

@@ -14,6 +14,7 @@ HELP = ('simulated hardware: without --scenario the sim node; with it, a headles
 EXAMPLE = """mecanum sim --robot robot.yaml
 mecanum sim --scenario oil --out oil_run --seed 7
 mecanum sim --list
+mecanum sim --keys
 mecanum sim --gallery --out gallery"""
 PASSES_ROS_ARGUMENTS = True
 
@@ -29,6 +30,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--duration', type=float, metavar='S', help='seconds instead of the '
                         'scenario\'s')
     parser.add_argument('--list', action='store_true', help='name the shipped scenarios')
+    parser.add_argument('--keys', action='store_true', help='explain every key of a scenario '
+                        'file')
     parser.add_argument('--gallery', action='store_true', help='run every shipped scenario and '
                         'draw it into one HTML page')
 
@@ -37,6 +40,10 @@ def run(options: argparse.Namespace) -> int:
     """Run what the options ask for."""
     if options.list:
         return _list()
+    if options.keys:
+        from mecanum_base.cli.scenario_keys import describe
+        print(describe())
+        return 0
     if options.scenario is None and not options.gallery:
         for name in ('out', 'seed', 'duration'):
             if getattr(options, name) is not None:
