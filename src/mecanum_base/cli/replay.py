@@ -6,6 +6,10 @@ import argparse
 import pathlib
 import sys
 import time
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mecanum_base.bag.export import BagExport
 
 HELP = 'run the estimator of the odometry node over a recorded bag; writes tracks and a summary'
 EXAMPLE = 'mecanum replay run.mcap --robot config/mecanum4.yaml --out result'
@@ -24,26 +28,52 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--imu-topic', metavar='T',
                         help='topic of the IMU (default: imu/data_raw)')
     parser.add_argument('--no-imu', action='store_true', help='leave the IMU out')
+    parser.add_argument('--bag', dest='write_bag', action='store_true',
+                        help='also write DIR/bag: the original topics with the new odometry and '
+                             'slip beside them, for Foxglove or ros2 bag play')
+    parser.add_argument('--parquet', action='store_true',
+                        help='also write track.parquet and slip.parquet')
 
 
 def run(options: argparse.Namespace) -> int:
     """Replay, write the files, print what was found."""
-    from mecanum_base.bag.replay import replay
+    from mecanum_base.bag.replay import Sink, replay_into
     from mecanum_base.bag.summary import summary_of, write_json
     from mecanum_base.bag.topics import Topics
+    from mecanum_base.bag.track import TrackWriter
     from mecanum_base.cli.progress import Progress
     from mecanum_base.robot_file import load_robot
     robot = load_robot(options.robot)
     topics = Topics.of(robot, options.encoder_topic, options.imu_topic,
                        not options.no_imu)
+    if options.parquet:
+        import pyarrow.parquet  # noqa: F401  fail before the work, not after it
     begin = time.perf_counter()
+    out = pathlib.Path(options.out)
+    exports: list[BagExport] = []
+
+    def sink() -> Sink:
+        track = TrackWriter(out, robot.base.joint)
+        if not options.write_bag:
+            return track
+        from mecanum_base.bag.export import BagExport
+        exports.append(BagExport(out / 'bag', robot, track))
+        return exports[0]
+
     with Progress('replay') as progress:
         def step(share: float, seconds: float) -> None:
             rate = seconds / max(time.perf_counter() - begin, 1e-9)
             progress.update(share, f'{rate:.0f} x real time')
-        done = replay(options.bag, robot, options.out, topics, step)
+        done = replay_into(options.bag, robot, sink, topics, step)
     summary = summary_of(done, topics, options.robot)
-    write_json(pathlib.Path(options.out) / 'summary.json', summary)
+    write_json(out / 'summary.json', summary)
+    for export in exports:
+        for topic in export.complete(options.bag):
+            print(f'mecanum replay: {topic} is not copied: its definition is not known',
+                  file=sys.stderr)
+    if options.parquet:
+        from mecanum_base.bag.export import write_parquet
+        write_parquet(out)
     if done.bag.loss:
         print(f'mecanum replay: {done.bag.loss.text()}', file=sys.stderr)
     for key in robot.ignored:
