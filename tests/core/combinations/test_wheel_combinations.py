@@ -124,6 +124,12 @@ def test_the_file_may_list_its_wheels_in_any_order_and_turn_its_axles_round():
         assert one.verdict.free_idle == two.verdict.free_idle
 
 
+def test_quadrants_are_counted_from_the_middle_of_the_wheels_and_not_from_base_link():
+    moved = Wheels(BASE.joint, BASE.x + 0.5, BASE.y - 0.7, BASE.axle, BASE.roller, BASE.radius)
+    numbering = table.number_wheels(moved)
+    assert numbering.tlale and numbering.order == layouts.TLALE
+
+
 def test_drive_rates_and_file_rates_are_inverse_to_each_other():
     turned = Wheels(BASE.joint, BASE.x, BASE.y, -BASE.axle, BASE.roller, BASE.radius)
     numbering, drive = table.number_wheels(turned), np.array([1.0, 2.0, -3.0, 4.0])
@@ -136,6 +142,8 @@ def test_wheels_that_do_not_stand_in_the_quadrants_keep_the_order_of_the_file():
     cross = layouts.swedish_ring(0.2, 0.05, np.radians([0.0, 90.0, 180.0, 270.0]))
     numbering = table.number_wheels(cross)
     assert not numbering.tlale and numbering.order == (0, 1, 2, 3)
+    # wheels at 0 and 180 degrees drive sideways only: their own sign is kept
+    assert numbering.forward.tolist() == [1.0, -1.0, 1.0, 1.0]
     assert all(item.label == '' for item in table.survey(cross))
 
 

@@ -98,3 +98,10 @@ def test_wheels_never_exceed_their_limit():
     slow = dataclasses.replace(slow, max_speed=np.full(4, 1.5))
     result = run(slow, FIELD, PATH, duration=3.0, start=np.array([0.5, 0.5, 1.0]))
     assert np.max(np.abs(result.rates)) <= 1.5 * (1 + 1e-12)
+
+
+def test_a_perfect_camera_at_every_step_is_no_camera():
+    perfect = Camera(rate=100.0, pixel=0.0, angle=0.0, delay=0)
+    seen = run(MECANUM, FIELD, PATH, duration=1.0, feed_forward=False, camera=perfect, step=0.01)
+    true = run(MECANUM, FIELD, PATH, duration=1.0, feed_forward=False, step=0.01)
+    np.testing.assert_array_equal(seen.pose, true.pose)

@@ -151,3 +151,38 @@ def test_between_obstacles_on_all_sides_the_base_stands_rather_than_enters():
 def test_radii_in_the_wrong_order_are_refused(values):
     with pytest.raises(ConfigError, match='must be (below|above)'):
         GoalConfig(**values)
+
+
+def test_reached_is_judged_in_every_coordinate():
+    field = GoalField(GoalConfig(position_tolerance=0.02, yaw_tolerance=0.1))
+    assert field.reached(np.array([0.5, -0.7, 2.05]), np.array([0.51, -0.69]), 2.1)
+    assert not field.reached(np.array([0.5, -0.7, 2.05]), np.array([0.5, 0.7]), 2.1)
+    assert not field.reached(np.array([0.5, -0.7, 2.05]), np.array([0.5, -0.7]), -2.05)
+
+
+def test_an_obstacle_repels_in_proportion_to_how_deep_the_base_stands():
+    for repulsion, want in ((1.0, 0.2), (0.5, 0.1), (4.0, 0.4)):  # at most max_speed
+        config = GoalConfig(max_speed=0.4, keep_out_radius=0.4, influence_radius=0.8,
+                            repulsion=repulsion)
+        twist = GoalField(config).twist(np.zeros(3), np.zeros(2), 0.0,
+                                        obstacles=np.array([[0.36, 0.48]]))
+        np.testing.assert_allclose(twist[:2], [-0.6 * want, -0.8 * want], atol=1e-12)
+
+
+def test_without_repulsion_only_the_approach_is_slowed_and_the_rest_is_kept():
+    config = GoalConfig(max_speed=0.4, keep_out_radius=0.4, influence_radius=0.8, repulsion=0.0)
+    twist = GoalField(config).twist(np.zeros(3), np.array([3.0, 4.0]), 0.0,
+                                    obstacles=np.array([[0.6, 0.0]]))
+    # wanted (0.24, 0.32); towards the obstacle at most 0.4 (0.6 - 0.4) / 0.4 = 0.2
+    np.testing.assert_allclose(twist[:2], [0.2, 0.32], atol=1e-9)
+
+
+def test_a_narrow_wedge_of_obstacles_is_not_entered_faster_than_either_allows():
+    config = GoalConfig(max_speed=0.4, keep_out_radius=0.4, influence_radius=0.8, repulsion=0.0)
+    for spread in (60.0, 80.0, 87.0):
+        bearings = np.radians([spread, -spread])
+        points = 0.405 * np.column_stack([np.cos(bearings), np.sin(bearings)])
+        for goal in ((2.0, 0.0), (2.0, 0.4), (1.0, -1.0)):
+            twist = GoalField(config).twist(np.zeros(3), np.array(goal), 0.0, obstacles=points)
+            assert np.all(points @ twist[:2] / 0.405 <= 0.4 * 0.005 / 0.4 + 1e-9)
+            assert twist[0] > 0.0  # and it is not stopped for nothing

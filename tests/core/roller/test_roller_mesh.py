@@ -48,6 +48,7 @@ def test_the_set_is_closed_and_no_roller_reaches_beyond_the_wheel():
     one, _ = roller_mesh(shape, length, rings=40, sectors=60)
     assert len(vertices) == count * len(one)
     assert edges_are_shared_twice_in_opposite_directions(faces)
+    assert np.min(faces) == 0 and np.max(faces) == len(vertices) - 1
     reach = np.hypot(vertices[:, 1], vertices[:, 2])
     assert np.max(reach) == pytest.approx(shape.radius, rel=1e-3)
     assert np.max(reach) <= shape.radius * (1 + 1e-12)
@@ -56,3 +57,10 @@ def test_the_set_is_closed_and_no_roller_reaches_beyond_the_wheel():
 def test_a_bore_wider_than_the_ends_is_refused():
     with pytest.raises(ConfigError, match='bore'):
         roller_mesh(SHAPES[0], size(SHAPES[0], 9).length, bore=0.02)
+
+
+def test_the_ends_are_the_narrowest_place_for_the_bore():
+    found = size(SHAPES[0], 9)
+    roller_mesh(SHAPES[0], found.length, bore=found.end_radius * 0.999, rings=8, sectors=8)
+    with pytest.raises(ConfigError, match='bore'):
+        roller_mesh(SHAPES[0], found.length, bore=found.end_radius * 1.001, rings=8, sectors=8)
