@@ -7,7 +7,8 @@ nothing but topics connects the nodes. A record node writes the bag that the com
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from geometry_msgs.msg import Twist, Vector3
@@ -37,9 +38,7 @@ def perform(scenario: Scenario, scenario_path: pathlib.Path, parameters: Mapping
     robot = {**parameters, 'sim': {**parameters.get('sim', {}), **dict(scenario.sim),
                                    'scenario': str(scenario_path), 'seed': scenario.seed}}
     driver = scenario.driver()
-    for node in ('sim_node', 'drive_node', 'odometry_node', 'record_node'):
-        set_logger_level(node, LoggingSeverity.WARN)  # the table is what a reader wants to see
-    with Script(start_ns=START_NS) as script:
+    with _quiet(), Script(start_ns=START_NS) as script:
         steer = script.publisher(Twist, 'cmd_vel')
         sim = script.add(SimNode, robot=robot, stepped=False, start_ns=START_NS)
         script.add(DriveNode, robot=robot)
@@ -54,6 +53,19 @@ def perform(scenario: Scenario, scenario_path: pathlib.Path, parameters: Mapping
                 script.publish(steer, _command(twist))
             script.advance(STEP)
             progress((index + 1) / count)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Only warnings of the nodes are shown: the table is what a reader wants to see."""
+    names = ('sim_node', 'drive_node', 'odometry_node', 'record_node')
+    for name in names:
+        set_logger_level(name, LoggingSeverity.WARN)
+    try:
+        yield
+    finally:
+        for name in names:  # levels belong to the process, not to the nodes
+            set_logger_level(name, LoggingSeverity.UNSET)
 
 
 def _command(twist: Sequence[float]) -> Twist:
