@@ -29,7 +29,8 @@ def _sinc_pair(angle: float) -> tuple[float, float]:
     if abs(angle) < _SERIES:
         square = angle * angle
         return 1.0 - square / 6.0, angle * (0.5 - square / 24.0)
-    return math.sin(angle) / angle, (1.0 - math.cos(angle)) / angle
+    half = math.sin(0.5 * angle)
+    return math.sin(angle) / angle, 2.0 * half * half / angle
 
 
 def exp(increment: FloatArray) -> FloatArray:

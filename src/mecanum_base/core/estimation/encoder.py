@@ -51,6 +51,8 @@ class WheelAngles:
         speed = np.where(np.isfinite(max_speed), max_speed, DEFAULT_SPEED)
         self._fastest = MARGIN * np.maximum(speed, 5.0)
         self._slack = 4.0 * self._radian
+        self._least_fast = float(self._fastest.min())
+        self._least_slack = float(self._slack.min())
         self._count = count
         self._full = np.ones(count)
         self.restart()
@@ -73,6 +75,8 @@ class WheelAngles:
         stamp = sample.stamp_ns
         if self._stamp is not None and stamp <= self._stamp:
             return 'duplicate stamp' if stamp == self._stamp else 'stamp before the last'
+        if self._plain_step(sample):
+            return Reading(stamp, self._angle, self._full, (), False)
         first = self._stamp is None
         dt = 0.0 if first else (stamp - self._stamp) * 1e-9  # type: ignore[operator]
         integrated = False
@@ -107,6 +111,23 @@ class WheelAngles:
         self._seen = [stamp if ok else seen for ok, seen in zip(valid, self._seen)]
         self._stamp = stamp
         return Reading(stamp, self._angle, valid.astype(np.float64), jumped, integrated)
+
+    def _plain_step(self, sample: WheelSample | TickSample) -> bool:
+        """The frequent case: positions of all wheels, none further than any wheel can turn."""
+        if (self._stamp is None or self._two_pi or not isinstance(sample, WheelSample)
+                or len(sample.position) != self._count or len(sample.velocity) != self._count):
+            return False
+        step = (sample.position - self._last) * self._sign
+        dt = (sample.stamp_ns - self._stamp) * 1e-9
+        limit = self._least_fast * (dt + SLACK) + self._least_slack
+        for size in step.tolist():
+            if not -limit <= size <= limit:  # NaN is none of both
+                return False
+        self._last = sample.position
+        self._angle = self._angle + step
+        self._seen = [sample.stamp_ns] * self._count
+        self._stamp = sample.stamp_ns
+        return True
 
     def _tick_step(self, sample: TickSample) -> tuple[FloatArray, FloatArray]:
         ticks = sample.counts.tolist()

@@ -116,8 +116,7 @@ def calm(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, span: f
 def still(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, step: float) -> bool:
     """Do the wheels keep their place? Ends a standstill where they do not; True while it lasts."""
     m, wheel = memory.m, memory.wheel
-    moved = valid * np.abs(z - wheel[REST]) > model.rest_counts * model.tick
-    if moved.any():
+    if (valid * np.abs(z - wheel[REST]) - model.rest_travel).max() > 0.0:
         wheel[REST] = np.where(valid > 0.0, z, wheel[REST])
         m[QUIET] = 0.0
         if m[STILL] > 0.0:

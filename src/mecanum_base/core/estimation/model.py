@@ -32,6 +32,8 @@ class Model(NamedTuple):
     creep_rest: float  # m/s of creep without acceleration
     creep_traction: float  # m/s of creep per m/s^2 of acceleration
     creep_hard: float  # m/s of creep per (m/s^2)^2
+    creep_limit: float  # m/s of creep with which a wheel may still grip
+    creep_edge: float  # m/s, how soft that limit is at least
     creep_loose: float  # m/s of creep of gripping wheels while others slip
     travel: FloatArray  # (W,) m a rad
     resolution: FloatArray  # (W,) m, standard deviation of one travel reading
@@ -52,7 +54,7 @@ class Model(NamedTuple):
     patience: float  # s after which wheels win over the accelerometer
     # standstill
     rest_window: float  # s
-    rest_counts: float  # counts a wheel may move and still stand
+    rest_travel: FloatArray  # (W,) m a wheel may move and still stand
     rest_gyro: float  # rad/s, rms that still counts as quiet beyond the noise
     rest_accel: float  # m/s^2
     # outputs

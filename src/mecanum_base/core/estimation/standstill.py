@@ -53,6 +53,7 @@ from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.parameter import FloatArray
 
 FRESH = 0.15  # s, age of the newest encoder frame that still proves that the wheels stand
+STRANGE = 0.15  # m/s^2, an accelerometer mean this far from its bias is not rest
 REST_SPEED = 0.002  # m/s, how still a standing base is
 LEAVE_SPEED = 0.004  # m/s, least velocity uncertainty when a standstill ends
 
@@ -144,6 +145,13 @@ def blocks_quiet(model: Model, memory: Memory) -> bool:
 
 
 @kernel
+def familiar(memory: Memory, index: int, mean: float, slack: float) -> bool:
+    """Is the mean of a block what the bias ``index`` lets expect?"""
+    return bool(abs(mean - memory.x[index])
+                < 4.0 * math.sqrt(float(memory.P[index, index])) + slack)
+
+
+@kernel
 def watch(model: Model, memory: Memory, gyro: float, ax: float, ay: float, dt: float) -> None:
     """Take one IMU reading into the blocks; enter, feed or leave the standstill."""
     m, block = memory.m, memory.block
@@ -190,9 +198,12 @@ def watch(model: Model, memory: Memory, gyro: float, ax: float, ay: float, dt: f
         x, P = memory.x, memory.P
         insist = math.hypot(float(x[VX]), float(x[VY]))
         sigma = math.sqrt(float(P[VX, VX]) + float(P[VY, VY]))
-        drift = abs(float(block[1, B_G]) / float(block[1, B_N]) - float(x[BG]))
+        n = float(block[1, B_N])
         agrees = (insist < 4.0 * (sigma + 0.01)
-                  and drift < 4.0 * math.sqrt(float(P[BG, BG])) + 0.01)
+                  and familiar(memory, BG, float(block[1, B_G]) / n, 0.01))
+        if m[HAVE_ACCEL] > 0.0:  # a steady push looks quiet too, but its mean is not the bias
+            agrees = (agrees and familiar(memory, BAX, float(block[1, B_X]) / n, STRANGE)
+                      and familiar(memory, BAY, float(block[1, B_Y]) / n, STRANGE))
         if not agrees and m[REST_FOR] < 2.0:
             return
         settle(memory, model.wheels, memory.wheel[REST].copy(), model.resolution)

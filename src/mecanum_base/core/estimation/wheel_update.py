@@ -34,6 +34,8 @@ from mecanum_base.core.estimation.layout import (
     LOOSE_FOR,
     PROBABILITY,
     REACH,
+    SIGMA,
+    SLIP,
     VX,
     VY,
     WZ,
@@ -154,11 +156,18 @@ def foresee(model: Model, memory: Memory, T: float) -> FloatArray:
     step = min(T, 0.1)
     prior = p + step * (p @ model.change)
     for i in range(model.wheels):
+        factor = 1.0
         if memory.wheel[PROBABILITY, i] > 0.5 and memory.wheel[FLAT, i] == 0.0:
+            factor = model.regrip_factor
+        over = abs(float(memory.wheel[SLIP, i])) - model.creep_limit
+        if over > 0.0:  # no wheel creeps this fast and still grips
+            over /= max(model.creep_edge, float(memory.wheel[SIGMA, i]))
+            factor *= math.exp(-0.5 * min(over * over, 40.0))
+        if factor < 1.0:
             for m in range(len(p)):
                 if model.member[m, i] == 0.0:
-                    prior[m] *= model.regrip_factor
-    prior = np.maximum(prior, 1e-12)
+                    prior[m] *= factor
+    prior = np.maximum(prior, 1e-30)
     prior /= prior.sum()
     return prior
 
@@ -180,10 +189,11 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
     for i in range(w):
         S[i, i] += model.resolution[i] ** 2 + (1.0 - valid[i]) * MISSING
     memory.wheel[REACH] = CALM * np.sqrt(np.diag(S))
-    inverse: FloatArray = np.linalg.inv(S)
+    inverse = np.linalg.inv(S).astype(np.float64)
     nis = float(r @ inverse @ r)
     m[GRIP_NIS] = nis
-    short = memory.mode[0] > SURE and nis < 2.25 * w
+    creeps = np.abs(memory.wheel[SLIP]).max() > model.creep_limit
+    short = memory.mode[0] > SURE and nis < 2.25 * w and not creeps
     late = 0.0
     if short:
         correct(memory, w, r, S, inverse, memory.wheel[EXTRA])
