@@ -1,8 +1,8 @@
 """Sim node: simulated hardware. Wheel commands in; encoders, IMU and the truth out.
 
 Subscribes wheel_commands; publishes joint_states, wheel_ticks, imu/data_raw, ground_truth/odom,
-ground_truth/slip, /diagnostics and, with sim.publish_clock, /clock; service ~/reset. The wheels
-stop sim.command_timeout after the last wheel_commands, as real hardware must.
+ground_truth/slip, /diagnostics and, with sim.publish_clock, /clock; services ~/reset and ~/fault.
+The wheels stop sim.command_timeout after the last wheel_commands, as real hardware must.
 
 It never runs on simulated time itself: time is the real time that passes (times sim.rate_factor
 where it is the clock), or is moved by hand with :meth:`SimNode.step`.
@@ -27,6 +27,7 @@ from mecanum_base import messages
 from mecanum_base.robot import Robot
 from mecanum_base.ros import process
 from mecanum_base.ros.diagnostics import OK, WARN, Diagnostics, Source, Status
+from mecanum_base.ros.fault_service import FaultService
 from mecanum_base.ros.followed_topic import FollowedTopic, look_often
 from mecanum_base.ros.qos import RELIABLE
 from mecanum_base.ros.robot_node import RobotNode
@@ -66,6 +67,7 @@ class SimNode(RobotNode):
             self._on_commands, lambda _: RELIABLE, default='sensor_msgs/msg/JointState')
         look_often(self, self._follow.look)
         self.create_service(Trigger, '~/reset', self._on_reset)
+        FaultService(self, self.simulation)
         self._diagnostics = Diagnostics(self, self._statuses)
         self._origin: tuple[float, int] | None = None
         if start_ns is None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from mecanum_base.core.errors import ConfigError
 from mecanum_base.core.parameter import FloatArray, IntArray, frozen_floats, parameter
-from mecanum_base.sim.faults import FAULTS
+from mecanum_base.sim.faults import KINDS
 from mecanum_base.sim.imu_presets import PRESETS
 
 ENGINES = ('auto', 'plain', 'numba')
@@ -137,7 +137,8 @@ class SimConfig:
                                       'gyro per wheel speed', default=0.01, low=0.0, high=5.0)
     # fault on demand (also by scenario events)
     fault: str = parameter('str', '', 'fault that is active now', default='none',
-                           choices=('none', *FAULTS), live=True)
+                           choices=('none', *(k for k, kind in KINDS.items() if not kind.vector)),
+                           live=True)
     fault_wheels: IntArray = parameter('ints', '', 'wheels it concerns, by index; empty = all',
                                        default=(), low=0, live=True)
     fault_value: float = parameter('float', '', 'its size, in the unit of the fault; 0 = usual',
