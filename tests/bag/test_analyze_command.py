@@ -1,0 +1,68 @@
+import json
+import subprocess
+import sys
+
+import pytest
+
+
+def command(*words):
+    return subprocess.run([sys.executable, '-m', 'mecanum_base', 'analyze', *map(str, words)],
+                          capture_output=True, text=True, timeout=180)
+
+
+def bags(folder, make):
+    folder.mkdir()
+    make.write_mcap(folder / 'run_2.mcap', [e for e in make.drive(2.0) if 'imu' not in e[0]])
+    make.write_mcap(folder / 'run_10.mcap', [e for e in make.drive(2.0) if 'imu' not in e[0]])
+    return folder
+
+
+def test_a_folder_of_bags_gives_one_report_and_code_0(tmp_path, make):
+    pytest.importorskip('plotly', reason='needs the extra report')
+    done = command(bags(tmp_path / 'bags', make), '--out', tmp_path / 'out')
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == '' and '\r' not in done.stdout
+    names = [r['name'] for r in json.loads((tmp_path / 'out' / 'findings.json').read_text())]
+    assert names == ['run_2.mcap', 'run_10.mcap']
+    assert 'run_10.mcap' in (tmp_path / 'out' / 'report.html').read_text()
+
+
+def test_a_blocker_gives_code_1_and_the_others_are_still_there(tmp_path, make):
+    folder = bags(tmp_path / 'bags', make)
+    (folder / 'run_3.mcap').write_text('no bag')
+    done = command(folder, '--out', tmp_path / 'out', '--no-html')
+    assert done.returncode == 1
+    assert 'BLOCKER' in done.stdout and 'run_3.mcap' in done.stdout
+    assert len(json.loads((tmp_path / 'out' / 'findings.json').read_text())) == 3
+
+
+def test_two_robot_files_stand_side_by_side(tmp_path, make):
+    from mecanum_base.robot_file import shipped
+    robot = shipped() / 'mecanum4.yaml'
+    other = tmp_path / 'other.yaml'
+    other.write_text(robot.read_text())
+    make.write_mcap(tmp_path / 'a.mcap', [e for e in make.drive(1.0) if 'imu' not in e[0]])
+    done = command(tmp_path / 'a.mcap', '--robot', robot, '--compare', other, '--out',
+                   tmp_path / 'out', '--no-html')
+    names = [r['name'] for r in json.loads((tmp_path / 'out' / 'findings.json').read_text())]
+    assert names == ['a.mcap (mecanum4.yaml)', 'a.mcap (other.yaml)'], done.stderr
+
+
+@pytest.mark.parametrize('words, reason', [
+    (['none.mcap'], 'does not exist'), (['.'], 'no bag below')])
+def test_wrong_input_is_one_line_and_code_2(tmp_path, words, reason):
+    empty = tmp_path / 'empty'
+    empty.mkdir()
+    path = empty if words == ['.'] else tmp_path / words[0]
+    done = command(path, '--out', tmp_path / 'out')
+    assert done.returncode == 2 and reason in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_control_characters_in_names_do_not_reach_the_terminal(tmp_path, make):
+    entries = [('/joint\x1b[2J_states', s, make.joint_state(s, [0.1, 0.2, 0.3, 0.4]))
+               for s in range(make.T0, make.T0 + 10**9, 10**7)]
+    del entries[40:80]
+    make.write_mcap(tmp_path / 'a.mcap', entries)
+    done = command(tmp_path / 'a.mcap', '--out', tmp_path / 'out', '--no-html')
+    assert 'gaps' in done.stdout and '\x1b' not in done.stdout
