@@ -102,6 +102,7 @@ def test_wheels_never_exceed_their_limit():
 
 def test_a_perfect_camera_at_every_step_is_no_camera():
     perfect = Camera(rate=100.0, pixel=0.0, angle=0.0, delay=0)
-    seen = run(MECANUM, FIELD, PATH, duration=1.0, feed_forward=False, camera=perfect, step=0.01)
-    true = run(MECANUM, FIELD, PATH, duration=1.0, feed_forward=False, step=0.01)
+    aside = {'start': np.array([0.1, 0.2, 0.4]), 'duration': 1.0, 'step': 0.01}
+    seen = run(MECANUM, FIELD, PATH, camera=perfect, **aside)
+    true = run(MECANUM, FIELD, PATH, **aside)
     np.testing.assert_array_equal(seen.pose, true.pose)

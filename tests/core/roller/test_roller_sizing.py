@@ -75,6 +75,24 @@ def test_the_clearance_is_the_distance_of_the_two_surfaces(delta):
     assert nearest - 1.0e-3 < gap < 1.1 * nearest + 1.0e-3 and gap > 1e-3
 
 
+@pytest.mark.parametrize('delta', [math.pi / 4, 1.1, -0.6])
+def test_the_clearance_is_measured_across_the_axis_of_the_other_roller(delta):
+    shape, count = RollerShape(0.05, 0.0405, delta), 9
+    length = sizing.size(shape, count).length
+    one, _ = roller_mesh(shape, length, rings=61, sectors=120)
+    both, _ = wheel_mesh(shape, count, length, rings=61, sectors=120)
+    points = both[len(one):len(one) + 61 * 120] - [0.0, 0.0, -shape.pin_radius]
+    axis = np.array([math.cos(delta), math.sin(delta), 0.0])
+    along = points @ axis
+    apart = np.linalg.norm(points - np.outer(along, axis), axis=1)
+    inside = np.abs(along) < length / 2
+    places, radii = model.meridian(shape, np.linspace(0.0, math.pi / count, 5000))
+    own = np.interp(np.abs(along[inside]), np.abs(places), radii)
+    # two samplings of the same surface, 0.4 mm and 3 degrees apart
+    assert sizing.neighbour_clearance(shape, count, length) == pytest.approx(
+        float(np.min(apart[inside] - own)), abs=5e-5)
+
+
 def test_rollers_that_intersect_have_negative_clearance_and_a_larger_pin_circle_cures_it():
     length = sizing.size(SHAPE, 9).length
     assert sizing.neighbour_clearance(SHAPE, 9, length) < -0.003
