@@ -1,0 +1,1 @@
+"""Monte Carlo accuracy: our odometry, usual methods and oracles, on simulated scenarios."""
