@@ -7,6 +7,7 @@ A job that fails (or whose worker dies) becomes a result with one blocker; the o
 from __future__ import annotations
 
 import concurrent.futures
+import importlib
 import multiprocessing
 import os
 from collections.abc import Callable, Sequence
@@ -14,6 +15,7 @@ from typing import Any
 
 from mecanum_base.bag.analysis.analyze import Options, analyze, result_of
 from mecanum_base.bag.analysis.findings import Finding
+from mecanum_base.core.errors import BagError
 
 Job = tuple[str, Options]
 Update = Callable[[float, str], None]
@@ -72,16 +74,14 @@ def _in_pool(jobs: Sequence[Job], workers: int, update: Update) -> list[dict[str
 
 
 def _on_cluster(jobs: Sequence[Job], scheduler: str, update: Update) -> list[dict[str, Any]]:
-    from dask.distributed import Client, as_completed
-
-    from mecanum_base.core.errors import BagError
+    distributed: Any = importlib.import_module('dask.distributed')
     try:
-        client = Client(scheduler, timeout='10s')
+        client = distributed.Client(scheduler, timeout='10s')
     except (OSError, ValueError) as error:
         raise BagError(f'{scheduler}: no Dask scheduler answers ({error})') from None
     with client:
         futures = client.map(run_job, jobs, pure=False, retries=1)
-        for done, _ in enumerate(as_completed(futures), start=1):
+        for done, _ in enumerate(distributed.as_completed(futures), start=1):
             update(done / len(jobs), f'{done} of {len(jobs)}')
         return [future.result() if future.status == 'finished'
                 else failed(job, f'the worker failed: {future.exception()}')
