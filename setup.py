@@ -39,6 +39,7 @@ setup(
         'report': ['matplotlib>=3.6', 'plotly>=5.15', 'Jinja2>=3.0'],
         'fast': ['numba>=0.58'],
         'fleet': ['dask[distributed]>=2023.5'],
+        'parquet': ['pyarrow>=12'],
         'mesh': ['trimesh>=3.20'],
         'test': ['trimesh>=3.20', 'pytest>=7', 'hypothesis>=6.80', 'ruff>=0.6', 'mypy>=1.8',
                  'import-linter>=2.0', 'types-PyYAML', 'scipy>=1.9', 'psutil>=5.9'],

@@ -95,6 +95,7 @@ def _advice(error: ModuleNotFoundError) -> str:
         return "source a ROS 2 Jazzy, or pip install 'mecanum_base[ros]' in a venv"
     extra = {'matplotlib': 'report', 'plotly': 'report', 'jinja2': 'report', 'numba': 'fast',
              'trimesh': 'mesh',
-             'dask': 'fleet', 'distributed': 'fleet'}.get(name)
+             'dask': 'fleet', 'distributed': 'fleet',
+             'pyarrow': 'parquet'}.get(name)
     package = f'mecanum_base[{extra}]' if extra else name
     return f"pip install '{package}'"
