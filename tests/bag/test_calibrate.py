@@ -45,19 +45,18 @@ def test_values_are_within_half_a_percent_of_the_truth_and_hold_out_improves():
 
 
 def test_most_intervals_cover_the_truth():
-    """12 bases x 8 values at 90 %: fewer than 75 % covered has a chance below 1 in 1000."""
-    hits = [v for seed in range(12) for v in COVERAGE.covered(*COVERAGE.one(seed)).values()
+    """6 bases x 8 values at 90 %: fewer than 70 % covered has a chance below 1 in 1000."""
+    hits = [v for seed in range(6) for v in COVERAGE.covered(*COVERAGE.one(seed)).values()
             if v is not None]
-    assert len(hits) > 80
-    assert np.mean(hits) > 0.75
+    assert len(hits) > 40
+    assert np.mean(hits) > 0.7
 
 
 @pytest.mark.parametrize('axis', ['forward', 'sideways', 'turning'])
 def test_what_the_motion_did_not_excite_is_refused_with_the_manoeuvre(axis):
-    for seed in (1, 2):
-        found, _ = COVERAGE.one(seed, **{axis: 0.0}, seconds=60.0)
-        assert not found.axes[axis].given
-        assert 'drive' in found.axes[axis].verdict or 'turn' in found.axes[axis].verdict
+    found, _ = COVERAGE.one(1, **{axis: 0.0}, seconds=60.0)
+    assert not found.axes[axis].given
+    assert 'drive' in found.axes[axis].verdict or 'turn' in found.axes[axis].verdict
 
 
 def test_the_known_trap_of_a_bag_that_hardly_strafes_gives_no_lateral_scale():

@@ -25,7 +25,7 @@ ROBOT = '''/**:
 LEVER = 0.35
 
 
-def spin(make, seconds=12.0, gyro=1.0, late_ns=0, noise=0.002, bias=0.01, truth_scale=None):
+def spin(make, seconds=9.0, gyro=1.0, late_ns=0, noise=0.002, bias=0.01, truth_scale=None):
     """2 s of rest, then turning to and fro: wheels and gyro of a base that turns on the spot."""
     generator = np.random.default_rng(1)
     t = np.arange(0, seconds, 0.01)
@@ -81,7 +81,7 @@ def test_gaps_are_counted_with_their_place(tmp_path, make):
 
 def test_stamps_that_step_back_and_repeat_are_found(tmp_path, make):
     imus = [e for e in spin(make) if e[0] == '/imu/data_raw']
-    for k in range(100, 1100, 150):
+    for k in range(100, 800, 150):
         topic, log, _ = imus[k]
         imus[k] = (topic, log, make.imu(log - MS - 14 * MS, (0, 0, 0.01)))
         imus[k + 50] = (topic, imus[k + 50][1], imus[k + 49][2])
@@ -89,8 +89,8 @@ def test_stamps_that_step_back_and_repeat_are_found(tmp_path, make):
     found, _ = codes(tmp_path, make, imus + rest)
     # 10 ms apart and 14 ms early: 4 ms before the stamp of the message before
     assert found['stamps_step_back']['numbers']['largest'] == pytest.approx(0.004, abs=1e-6)
-    assert found['stamps_step_back']['numbers']['count'] == len(range(100, 1100, 150))
-    assert found['equal_stamps']['numbers']['count'] == len(range(100, 1100, 150))
+    assert found['stamps_step_back']['numbers']['count'] == len(range(100, 800, 150))
+    assert found['equal_stamps']['numbers']['count'] == len(range(100, 800, 150))
 
 
 def test_zero_stamps_block(tmp_path, make):
@@ -137,10 +137,10 @@ def test_the_accelerometer_units_and_mounting_are_judged(tmp_path, make):
     def changed(accel):
         return [(t, s, make.imu(s, (0, 0, 0.01 * k % 0.02), accel)
                  if t == '/imu/data_raw' else m) for k, (t, s, m) in enumerate(spin(make))]
-    assert codes(tmp_path, make, changed((0, 0, 1.0)), name='a.mcap')[0]['accel_in_g']
-    assert codes(tmp_path, make, changed((0, 0, 0.01)), name='b.mcap')[0]['gravity_removed']
-    assert codes(tmp_path, make, changed((9.81, 0, 0)), name='c.mcap')[0]['imu_tilted']
-    assert codes(tmp_path, make, changed((0.8, 0, 9.7)), name='d.mcap')[0]['gravity_leak']
+    assert codes(tmp_path, make, changed((0, 0, 1.0)), False, 'a.mcap')[0]['accel_in_g']
+    assert codes(tmp_path, make, changed((0, 0, 0.01)), False, 'b.mcap')[0]['gravity_removed']
+    assert codes(tmp_path, make, changed((9.81, 0, 0)), False, 'c.mcap')[0]['imu_tilted']
+    assert codes(tmp_path, make, changed((0.8, 0, 9.7)), False, 'd.mcap')[0]['gravity_leak']
 
 
 def test_a_stuck_wheel_a_reset_and_a_jump_are_found(tmp_path, make):
@@ -149,13 +149,13 @@ def test_a_stuck_wheel_a_reset_and_a_jump_are_found(tmp_path, make):
                  if t == '/joint_states' else m) for t, s, m in straight]
     straight = make.drive(6.0)
     stuck = changed(lambda t, p: p * [1, 1, 1, 0])
-    found, _ = codes(tmp_path, make, stuck, name='a.mcap')
+    found, _ = codes(tmp_path, make, stuck, False, 'a.mcap')
     assert 'rear_right' in found['encoder_stuck']['title']
     found, _ = codes(tmp_path, make, changed(
-        lambda t, p: p if t < 4 else p - [0, 16.2, 0, 0]), name='b.mcap')
+        lambda t, p: p if t < 4 else p - [0, 16.2, 0, 0]), False, 'b.mcap')
     assert 'front_right' in found['encoder_reset']['title']
     found, _ = codes(tmp_path, make, changed(
-        lambda t, p: p + ([0, 0, 50.0, 0] if 3 < t < 3.015 else 0)), name='c.mcap')
+        lambda t, p: p + ([0, 0, 50.0, 0] if 3 < t < 3.015 else 0)), False, 'c.mcap')
     assert 'rear_left' in found['encoder_jump']['title']
 
 
