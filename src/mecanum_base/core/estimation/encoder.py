@@ -62,7 +62,7 @@ class WheelAngles:
         self._angle = np.zeros(self._count)
         self._last = np.full(self._count, math.nan)
         self._ticks: list[int] | None = None
-        self._seen = [0] * self._count
+        self._seen = [-1] * self._count
         self._stamp: int | None = None
 
     @property
@@ -102,7 +102,7 @@ class WheelAngles:
             for i in range(self._count):
                 if not valid[i]:
                     continue
-                gap = dt if self._seen[i] == 0 else (stamp - self._seen[i]) * 1e-9
+                gap = dt if self._seen[i] < 0 else (stamp - self._seen[i]) * 1e-9
                 if size[i] > self._fastest[i] * (gap + SLACK) + self._slack[i]:
                     step[i] = 0.0
                     found.append(i)

@@ -25,6 +25,8 @@ from mecanum_base.core.estimation.layout import (
     REACH,
     REST,
     SLIP,
+    SLOW_AX,
+    SLOW_AY,
     STILL,
     STRETCH,
     SUM_T,
@@ -96,12 +98,14 @@ def evened(memory: Memory, step: float, span: float) -> float:
 
 @kernel
 def calm(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, span: float) -> bool:
-    """True where a frame says nothing new: all grip, all residuals small, the last step recent.
+    """True where a frame says nothing new: all grip, hardly any traction, small residuals.
 
     Travel is cumulative, so a frame that is passed over loses nothing: the next one carries it.
     """
     m, x, w = memory.m, memory.x, model.wheels
     if (span >= model.calm_span or memory.mode[0] < SURE or m[LOOSE_FOR] > 0.0
+            or abs(m[SLOW_AX]) + abs(m[SLOW_AY]) > model.calm_push
+            or np.abs(memory.wheel[SLIP]).max() > model.calm_slip
             or m[HAVE_GYRO] == 0.0 or m[HAVE_ACCEL] == 0.0 or m[LATE] > 0.5
             or memory.hinge.shape[0] > 0 or valid.min() == 0.0):
         return False

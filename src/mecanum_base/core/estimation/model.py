@@ -45,6 +45,8 @@ class Model(NamedTuple):
     change: FloatArray  # (M, M) rates of change between hypotheses, 1/s
     pairs: FloatArray  # (G, W) groups of wheels whose roller axes are parallel
     calm_span: float  # s that calm frames may wait for a covariance step
+    calm_push: float  # m/s^2 of traction above which no frame is calm
+    calm_slip: float  # m/s of slip above which no frame is calm
     loose_sigma: float  # m/s, slip speed in the update: as good as unknown
     regrip_factor: float  # penalty for gripping again while the slip speed still changes
     flat_speed: float  # m/s of change in slip speed that counts as none

@@ -41,7 +41,7 @@ from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.parameter import FloatArray
 from mecanum_base.core.records import Estimate, SlipEstimate
 
-THRESHOLD = 0.04  # m/s along the roller axis: more is slip, less is creep
+THRESHOLD = 0.045  # m/s along the roller axis: more is slip, less is creep
 ROOT3 = math.sqrt(3.0)
 POSE, POSE_COV, TWIST, TWIST_COV, SLIP_TWIST, SLIP_COV, BODY, WHEELS = 0, 3, 12, 15, 24, 27, 36, 37
 # from WHEELS on: rate W, angle W, probability W, ratio W + 1

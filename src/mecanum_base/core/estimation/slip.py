@@ -1,6 +1,6 @@
 """Slip speed of every wheel after a frame, and the way back when slip lasts.
 
-    s_i = (z_i step - A_i twist T) / T      m/s along the roller axis, smoothed over 20 ms
+    s_i = (z_i step - A_i twist T) / T      m/s along the roller axis, smoothed over 12 ms
 
 A wheel may grip again only when its slip speed has stopped changing: constant common slip cannot
 be told from rolling, so the slope of the slip speed decides, not its size. While a direction is
@@ -41,7 +41,7 @@ from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.estimation.wheel_update import rolling_speed
 from mecanum_base.core.parameter import FloatArray
 
-SMOOTHING = 0.02  # s
+SMOOTHING = 0.012  # s
 FROZEN_STEP = 0.25  # counts a wheel may move in a frame and be frozen
 UNHELD = 0.3  # share of a direction held by gripping wheels below which it counts as unheld
 

@@ -46,7 +46,7 @@ from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.parameter import FloatArray
 
 NEGLIGIBLE = 1e-4  # a hypothesis this improbable takes no part in the update
-CALM = 2.5  # standard deviations of a residual that is not worth a covariance step
+CALM = 2.0  # standard deviations of a residual that is not worth a covariance step
 SURE = 0.99  # probability of grip above which the short path is taken
 LATE_SIGMA = 0.006  # s, size of a late stamp
 MISSING = 1.0  # m^2, variance that stands for a wheel without a reading
