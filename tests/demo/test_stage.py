@@ -91,3 +91,25 @@ def test_the_scenarios_are_listed(capsys):
     assert main(['demo', '--list']) == 0
     names = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
     assert {'lap', 'oil'} <= set(names)
+
+
+CIRCLE = """
+title: the experiment, shorter
+duration: 6.5
+seed: 5
+"""
+
+
+@pytest.mark.parametrize('robot', ['mecanum4.yaml', 'dual_differential.yaml'])
+def test_circle_and_spin_is_followed_through_the_goal_node(tmp_path, capsys, robot):
+    path = tmp_path / 'circle_spin.yaml'
+    path.write_text(CIRCLE, encoding='utf-8')
+    words = ['demo', '--scenario', str(path), '--out', str(tmp_path / 'out'), '--headless',
+             '--robot', str(shipped() / robot)]
+    assert main(words) == 0
+    shown = capsys.readouterr().out
+    figures = {name: float(mean) for name, mean in
+               re.findall(r'^    (\S.*?) {2,}mean +([0-9.]+)', shown, flags=re.M)}
+    assert figures['through the nodes, our odometry'] < 40.0  # mm, the paper's error
+    assert figures['bare law, true pose'] < 1.0
+    assert figures['bare law, camera, no feed-forward'] > 40.0  # pure attraction lags

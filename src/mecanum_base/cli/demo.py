@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import pathlib
 import time
@@ -14,6 +15,7 @@ HELP = ('Drive a simulated base over ROS 2 topics in stepped time: cmd_vel to wh
 EXAMPLE = """
 mecanum demo                          the lap: square, spin, strafe, oil; results in out/demo
 mecanum demo --scenario oil --out /tmp/oil
+mecanum demo --scenario circle_spin --robot config/dual_differential.yaml
 mecanum demo --list
 """
 
@@ -27,6 +29,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--seed', type=int, help='seed of every random number')
     parser.add_argument('--headless', action='store_true',
                         help='only the table: no picture, no page')
+    circle = parser.add_argument_group('the experiment circle_spin (goal_node drives)')
+    circle.add_argument('--radius', type=float, default=0.25, help='m (default: %(default)s)')
+    circle.add_argument('--angular-rate', type=float, default=math.pi / 7.0,
+                        help='rad/s round the circle (default: pi/7)')
+    circle.add_argument('--spin', type=float, default=math.pi / 30.0,
+                        help='rad/s of the base (default: pi/30)')
     parser.add_argument('--list', action='store_true', help='name the scenarios and end')
 
 
@@ -39,8 +47,10 @@ def run(options: argparse.Namespace) -> int:
         for name in shipped_scenarios():
             print(f'{name:<14} {load_scenario(name).title}')
         return 0
+    from mecanum_base.core.command.trajectory import CircleSpin
+    from mecanum_base.demo.experiment import NAME, Experiment
     from mecanum_base.demo.recording import read_result
-    from mecanum_base.demo.stage import perform, phases
+    from mecanum_base.demo.stage import START_NS, perform, phases
     from mecanum_base.demo.table import table
     from mecanum_base.robot import Robot
 
@@ -54,10 +64,17 @@ def run(options: argparse.Namespace) -> int:
     bag = _new_bag(out)
     print(f'demo {scenario.name}: {scenario.title}', flush=True)
     begin = time.monotonic()
+    experiment = None
+    if scenario.name == NAME:
+        experiment = Experiment(
+            CircleSpin(options.radius, options.angular_rate, options.spin), START_NS)
     with Progress('driving') as progress:
-        perform(scenario, find_scenario(options.scenario), parameters, bag, progress.update)
+        perform(scenario, find_scenario(options.scenario), parameters, bag, progress.update,
+                experiment)
     result = read_result(bag, robot, scenario.name, phases(scenario))
     print(table(result))
+    if experiment is not None:
+        print('\n'.join(experiment.lines(result, robot)))
     print()
     if not options.headless:
         from mecanum_base.demo.page import write_demo_page
