@@ -171,9 +171,10 @@ def is_sound(estimate):
     if not np.isfinite(np.concatenate(numbers)).all() or np.isinf(slip.ratio).any():
         return False
     for matrix in (estimate.pose_covariance, estimate.twist_covariance, slip.twist_covariance):
-        scale = np.sqrt(np.outer(matrix.diagonal(), matrix.diagonal()))
         if not (matrix.diagonal() > 0.0).all():
             return False
+        sigma = np.sqrt(matrix.diagonal())
+        scale = np.outer(sigma, sigma)
         if not np.allclose(matrix, matrix.T, atol=1e-9 * scale.max(), rtol=1e-9):
             return False
         if np.linalg.eigvalsh(matrix / scale).min() < 1e-12:

@@ -36,7 +36,7 @@ def between(found, begin, end):
     return [e for e in found if T0 + begin * 1e9 <= e.stamp_ns <= T0 + end * 1e9]
 
 
-@pytest.fixture(scope='module', params=range(4), ids=['FL', 'FR', 'RL', 'RR'])
+@pytest.fixture(scope='module', params=[0, 2], ids=['FL', 'RL'])  # one a diagonal
 def spun(request):
     """(wheel, estimator, estimates) of a drive in which one wheel spins free for half a second."""
     return (request.param, *drive(AHEAD, slip={request.param: (BEGIN, END, ADDED)}))
