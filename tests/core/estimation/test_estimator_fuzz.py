@@ -7,7 +7,13 @@ import pytest
 from motion import parts, wheel_rates
 
 from mecanum_base.core.estimation.estimator import Estimator
-from mecanum_base.core.records import CommandSample, ImuSample, PoseSample, ResetSample, WheelSample
+from mecanum_base.core.records import (
+    CommandSample,
+    ImuSample,
+    PoseSample,
+    ResetSample,
+    WheelSample,
+)
 
 NAN, INF = math.nan, math.inf
 
@@ -48,12 +54,12 @@ def stream(rng, count):
             yield ResetSample(seen)
 
 
-@pytest.mark.parametrize('seed', range(4))
+@pytest.mark.parametrize('seed', range(3))
 def test_no_input_makes_it_run_away_or_stop_being_a_number(seed):
     rng = np.random.default_rng(seed)
     own = Estimator(*parts())
     found = []
-    for sample in stream(rng, 1500):
+    for sample in stream(rng, 1200):
         found += own.handle(sample)
         if rng.random() < 0.002:
             own.restart()
@@ -65,6 +71,6 @@ def test_no_input_makes_it_run_away_or_stop_being_a_number(seed):
             assert np.isfinite(value).all()
         assert np.diag(e.pose_covariance).min() > -1e-12
         assert ((e.slip.probability >= 0.0) & (e.slip.probability <= 1.0)).all()
-        # 1500 steps of at most 5 s below 4 m/s: far less in truth, but never the 1e300 of a reading
+        # far beyond any way of 1200 samples, far below the 1e300 some readings claim
         assert np.abs(e.pose[:2]).max() < 3000.0
     assert all(count > 0 for count in own.health.rejected.values())

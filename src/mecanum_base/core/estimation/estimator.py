@@ -47,6 +47,7 @@ from mecanum_base.core.records import (
 NANOSECONDS = 1_000_000_000
 FASTEST_TURN = 80.0  # rad/s: no gyro reads more (4000 deg/s is 70 rad/s)
 HARDEST_PUSH = 400.0  # m/s^2
+FARTHEST = 1e7  # m or rad, no pose of a robot lies farther out
 LONGEST_SILENCE = 5 * NANOSECONDS  # beyond it what was driven is unknown: 1 m, 1 rad of doubt
 # samples of equal stamps are taken in this order
 ORDER = {ResetSample: 0, PoseSample: 1, ImuSample: 2, CommandSample: 3, WheelSample: 4,
@@ -240,6 +241,9 @@ class Estimator:
         pose, covariance = sample.pose, sample.covariance
         if not (np.all(np.isfinite(pose)) and np.all(np.isfinite(covariance))):
             self._counters.reject('set_pose', 'not a number')
+            return
+        if np.max(np.abs(pose)) > FARTHEST or np.max(np.abs(covariance)) > FARTHEST ** 2:
+            self._counters.reject('set_pose', 'out of range')
             return
         if np.min(np.linalg.eigvalsh(0.5 * (covariance + covariance.T))) < -1e-9:
             self._counters.reject('set_pose', 'covariance not positive')
