@@ -12,7 +12,7 @@ import platform
 import subprocess
 import sys
 
-EXTRAS = ['report', 'test', 'fast', 'mesh', 'calibrate', 'export']
+EXTRAS = ['report', 'test', 'fast', 'mesh', 'fleet']
 
 
 def fail(reason):
