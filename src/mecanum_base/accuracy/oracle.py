@@ -39,10 +39,10 @@ SLIDING = 0.03  # m/s at which 'times' calls a wheel slipping
 _X, _Y, _YAW, _VX, _VY, _BG, _BA, _KG, _KA, _KY, _KL, _PHI = 0, 1, 2, 3, 4, 5, 6, 8, 9, 11, 12, 13
 _FREE = 3.0  # m/s
 _GYRO_SHAKE, _ACCEL_SHAKE = 7e-4, 0.03  # noise densities per m/s of speed
-_GYRO_WALK, _ACCEL_WALK = 1e-5, 2e-3  # rad/s/rt(s); m/s^2/rt(s), floor slope included
+_GYRO_WALK, _ACCEL_WALK = 1e-5, 0.04  # rad/s/rt(s); m/s^2/rt(s), floor slope included
 _MISSING_TURN, _MISSING_PUSH = 1.0, 3.0  # rad/s and m/s^2 of doubt while the IMU is silent
-_TRAVEL_NOISE = {'travel': 3e-4, 'times': 2e-3}  # m/rt(m): contact wander; with creep
-_EXCENTRIC, _JITTER = 1e-4, 2e-4  # m, s
+_TRAVEL_NOISE = {'travel': 5e-3, 'times': 7e-3}  # m/rt(m): contact wander; creep too
+_EXCENTRIC, _JITTER = 4e-4, 2e-4  # m, s
 
 
 class Oracle:
