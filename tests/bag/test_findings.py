@@ -212,3 +212,10 @@ def test_a_dask_cluster_gives_the_same_results(tmp_path, make):
                                   dashboard_address=None) as cluster:
         result = analyze_all(jobs, scheduler=cluster.scheduler_address)
     assert result == analyze_all(jobs, workers=1)
+
+
+def test_a_pose_topic_without_one_readable_message_is_reported_not_raised(tmp_path, make):
+    entries = [('/ground_truth/odom', s, ('nav_msgs/msg/Odometry', b'\0\1\0\0' + b'x' * 9))
+               for s in range(make.T0, make.T0 + 10**9, 10**8)]
+    found, _ = codes(tmp_path, make, entries, robot=False)
+    assert found['malformed']['evidence'].startswith('10 messages')

@@ -27,8 +27,6 @@ from mecanum_base.core.records import Estimate
 from mecanum_base.intake import Intake
 from mecanum_base.robot import Robot
 
-_START = 128  # inputs taken one by one until the estimator runs
-
 Step = Callable[[float, float], None]  # share of the bytes read, seconds of data done
 
 
@@ -122,8 +120,7 @@ def replay_into(paths: list[str], robot: Robot, sink: Callable[[], Sink], topics
                 batch = reader.batch(block)
                 if writer is None:
                     writer = sink()
-                for part in batch.parts(0 if course.rows else _START):
-                    _feed(part, intake, writer, course)
+                _feed(batch, intake, writer, course)
                 if step is not None:
                     step(bag.read_bytes / max(bag.piece_bytes, 1), course.seconds)
             require_encoder(bag, reader, topics)

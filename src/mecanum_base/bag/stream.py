@@ -48,11 +48,6 @@ class Batch:
     readings: dict[int, Readings]
     rare: list[Any] = field(default_factory=list)
 
-    def parts(self, first: int) -> tuple[Batch, Batch]:
-        """The first ``first`` items and the others."""
-        return (Batch(self.stream[:first], self.index[:first], self.readings, self.rare),
-                Batch(self.stream[first:], self.index[first:], self.readings, self.rare))
-
     def stretch(self) -> Stretch | None:
         """The same as columns; None where there is more than one encoder topic, anything rare, or
         a message without positions."""

@@ -176,7 +176,7 @@ def _decoded(block: Block, rows: IntArray, channel: Channel) -> Series:
             stamps.append(log[-1] if stamp is None else stamp)
             numbers.append(values)
             frames.append(frame)
-    grid = np.array(numbers, dtype=np.float64).reshape(len(numbers), -1)
+    grid = np.array(numbers, dtype=np.float64).reshape(len(numbers), 3)
     key = 'twist' if channel.type in (TWIST, TWIST_STAMPED) else 'pose'
     return Series(channel, np.array(log, dtype=np.int64), np.array(stamps, dtype=np.int64),
                   channel.type != TWIST, {key: grid, 'frame': np.array(frames, dtype=object)},

@@ -32,11 +32,14 @@ from mecanum_base.core.estimation.output import (
     row_size,
 )
 from mecanum_base.core.estimation.run_kernel import (
+    ARMED,
     BROKEN,
     DONE,
     FRAME,
     IMU,
+    PUBLISHED,
     STALE_IMU,
+    STARTED,
     USED_FRAME,
     USED_IMU,
     run,
@@ -104,13 +107,13 @@ def take(estimator: Estimator, stretch: Stretch) -> Rows | None:
     waiting = sorted(order._queue, key=lambda item: item[:3])
     items = [item[3] for item in waiting]
     usual = (ImuSample, TickSample if stretch.ticks else WheelSample)
-    if (estimator._published is None or not body.armed or order._held or order._behind
-            or angles._stamp is None or not all(isinstance(item, usual) for item in items)):
+    if (order._held or order._behind or body.armed != (angles._stamp is not None)
+            or not all(isinstance(item, usual) for item in items)):
         return None
     stamp = np.where(stretch.kind == IMU, _at(stretch.imu_ns, stretch.index),
                      _at(stretch.frame_ns, stretch.index))
-    assert order._newest is not None
-    newest = np.maximum.accumulate(np.concatenate(([order._newest], stamp)))
+    first = int(stamp[0]) if order._newest is None else order._newest
+    newest = np.maximum.accumulate(np.concatenate((np.array([first], dtype=np.int64), stamp)))
     if (stamp < newest[:-1] - order._wait).any() or (stamp > newest[:-1] + FAR_NS).any():
         return None
     whole = _merged(items, stretch, estimator._filter.model.wheels)
@@ -150,11 +153,13 @@ def _run(estimator: Estimator, whole: Stretch, settled: IntArray, stamp: IntArra
     predicted = np.zeros(len(kind), dtype=np.int64)
     marks = np.zeros((len(kind), 3, wheels))
     counts = np.zeros(3, dtype=np.int64)
-    published = np.array([estimator._published], dtype=np.int64)
+    last_row = -1 if estimator._published is None else estimator._published
+    progress = np.array([body.started, body.armed, last_row], dtype=np.int64)
     limits = np.array([LONGEST_SILENCE, estimator._period], dtype=np.int64)
     taken, rows, reason = run(body.model, body.memory, kind, np.ascontiguousarray(stamp), value,
-                              limits, published, table, row_stamp, predicted, marks, counts)
-    estimator._published = int(published[0])
+                              limits, progress, table, row_stamp, predicted, marks, counts)
+    body.started, body.armed = bool(progress[STARTED]), bool(progress[ARMED])
+    estimator._published = None if progress[PUBLISHED] < 0 else int(progress[PUBLISHED])
     for name, count in (('imu', counts[USED_IMU]), (stream, counts[USED_FRAME])):
         if count:
             used = estimator._counters.used
@@ -176,7 +181,7 @@ def _run(estimator: Estimator, whole: Stretch, settled: IntArray, stamp: IntArra
     if reason == BROKEN:
         body.recover()
         now = int(stamp[taken - 1])
-        if now - estimator._published >= estimator._period:
+        if estimator._published is not None and now - estimator._published >= estimator._period:
             body.predict(now)
             rest.append(estimator._publish(now, 'predicted'))
     if reason != DONE:
@@ -256,21 +261,25 @@ def _turned(estimator: Estimator, stamp: IntArray, reading: FloatArray | IntArra
             ticks: bool) -> FloatArray | None:
     """Angle (F, W) rad of each frame since arming; None where a reading is out of range."""
     angles = estimator._angles
-    if ticks != (angles._ticks is not None) or angles._stamp is None:
+    if angles._stamp is None:  # the first frame only arms: its step is 0
+        last = reading[:1].copy()
+        before = stamp[:1] - 1
+    elif ticks != (angles._ticks is not None):
         return None
-    before = np.array([angles._stamp], dtype=np.int64)
+    else:
+        last = np.array([angles._ticks] if ticks else angles._last[None], dtype=reading.dtype)
+        before = np.array([angles._stamp], dtype=np.int64)
     dt = np.diff(np.concatenate([before, stamp])) * 1e-9
     if (dt <= 0.0).any():
         return None
+    step = np.diff(np.concatenate([last, reading]), axis=0)  # counts wrap at 64 bits by themselves
     if ticks:
-        counts = np.concatenate([np.array([angles._ticks], dtype=np.int64), reading])
-        step = np.diff(counts, axis=0)  # wraps around at 64 bits by itself
         if angles._span < 1 << 63:
             half = angles._span // 2
             step = (step + half) % angles._span - half
         step = step.astype(np.float64) * angles._radian * angles._sign
     else:
-        step = np.diff(np.concatenate([angles._last[None], reading]), axis=0) * angles._sign
+        step = step * angles._sign
         if angles._two_pi:
             step = (step + math.pi) % TWO_PI - math.pi
     most = angles._fastest * (dt[:, None] + SLACK) + angles._slack
