@@ -70,6 +70,7 @@ class _Walk:
         self._run_start: int | None = None
         self._run_times: list[int] = []
         self.stated: int | None = None
+        self._chunked = False
 
     def bytes_at(self, at: int, count: int) -> bytes:
         """Up to ``count`` bytes from position ``at``."""
@@ -119,7 +120,7 @@ class _Walk:
         elif opcode == STATISTICS:
             self.stated = int.from_bytes(self.bytes_at(at + 9, 8), 'little')
         elif opcode == MESSAGE:
-            if length < 22:
+            if length < 22 or self._chunked:  # writers use chunks for all messages or for none
                 return False
             if self._run_start is None:
                 self._run_start = at
@@ -134,6 +135,7 @@ class _Walk:
         if header is None or header.head_size + header.stored_size != length:
             return False
         self._close_run(at)
+        self._chunked = True
         load = functools.partial(self._load_chunk, header, at + 9 + header.head_size)
         self.pieces.append(Piece(header.start_ns, header.end_ns, at, 9 + length, load))
         return True
