@@ -122,7 +122,7 @@ def _analyze(path: str, options: Options, step: Step | None) -> dict[str, Any]:
         estimate = estimated([path], robot, named)
         if estimate is not None:
             tracks['estimator'] = estimate.track
-            findings += slip_findings(estimate, recording.origin_ns)
+            findings += slip_findings(estimate, recording.origin_ns, robot.base.count > 3)
             findings += health_findings(estimate)
         if matrix is not None:
             tracks['wheels only'] = Track(motion.stamp_ns, dead_reckoned(motion, matrix))

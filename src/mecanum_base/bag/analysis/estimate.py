@@ -80,8 +80,17 @@ def estimated(paths: list[str], robot: Robot, topics: Topics,
         done.intake.estimator.health, done.course.path)
 
 
-def slip_findings(found: EstimatedTrack, origin_ns: int) -> list[Finding]:
-    """Slip episodes by wheel: how often, how long, how far."""
+def slip_findings(found: EstimatedTrack, origin_ns: int, redundant: bool) -> list[Finding]:
+    """Slip episodes by wheel: how often, how long, how far.
+
+    Without an IMU and without ``redundant`` wheels nothing contradicts a wheel, so none is given.
+    """
+    if not redundant and found.health.imu == 'none':
+        return [Finding(
+            'note', 'slip_unseen', 'slip cannot be seen in this recording',
+            f'three wheels and no IMU: each wheel speed is a possible motion (the estimator '
+            f'doubts {len(found.episodes)} sudden changes of speed)',
+            'record an IMU; compare with a true pose')]
     if not found.episodes:
         return [Finding('note', 'no_slip', 'no slip was found',
                         f'over {found.path:.1f} m of way', 'nothing to do')]
