@@ -66,6 +66,11 @@ class WheelAngles:
         self._stamp: int | None = None
 
     @property
+    def angle(self) -> FloatArray:
+        """Angles (W,) rad since arming."""
+        return self._angle
+
+    @property
     def stamp_ns(self) -> int | None:
         """Stamp of the last reading used."""
         return self._stamp

@@ -14,6 +14,7 @@ START = 0.5
 QUIET_NS = 150_000_000
 JAMMED = 0.05  # m/s: a wheel that hardly turns while it should
 DRIVEN = 0.1  # m/s
+DRAGGED = 0.15  # share of the stuck wheel's slip that others show if it is really jammed
 
 
 class Episodes:
@@ -60,8 +61,9 @@ class Episodes:
         size = len(self._rows)
         worst = max(range(size), key=found.lost.__getitem__)
         if found.frozen[worst] > 0.2 and len(wheels) < size:
-            jammed = found.turned[worst] > 0.0 or found.opposed > found.frames // 2
-            return 'wheel jammed' if jammed else 'encoder dead'
+            # the encoder says the same of both; only a wheel that really stands drags the others
+            others = max((lost for i, lost in enumerate(found.creep) if i != worst), default=0.0)
+            return 'wheel jammed' if others > DRAGGED * found.creep[worst] else 'encoder dead'
         if found.standing > found.frames // 2:
             return 'pushed'
         if len(wheels) == 1:
@@ -80,10 +82,10 @@ class _Open:
         self.votes = [0] * wheels
         self.likely = [0.0] * wheels
         self.lost = [0.0] * wheels
-        self.turned = [0.0] * wheels
+        self.creep = [0.0] * wheels
         self.frozen = [0.0] * wheels
         self.peak = self.probability = 0.0
-        self.standing = self.opposed = 0
+        self.standing = 0
 
     def add(self, stamp_ns: int, body: float, probability: list[float], slip: list[float],
             speed: list[float], frozen: list[float]) -> None:
@@ -95,7 +97,7 @@ class _Open:
             self.votes[i] += p > 0.5
             self.likely[i] += p
             self.lost[i] += abs(slip[i]) * dt * p
-            self.turned[i] += abs(speed[i]) * dt
+            self.creep[i] += abs(slip[i]) * dt
             self.frozen[i] = max(self.frozen[i], frozen[i])
             if p > 0.3:
                 self.peak = max(self.peak, abs(slip[i]))

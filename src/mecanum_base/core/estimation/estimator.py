@@ -9,6 +9,7 @@ import numpy as np
 from mecanum_base.core.estimation.encoder import WheelAngles
 from mecanum_base.core.estimation.episodes import Episodes
 from mecanum_base.core.estimation.filter import BodyFilter
+from mecanum_base.core.estimation.following import Following
 from mecanum_base.core.estimation.geometry import Base
 from mecanum_base.core.estimation.health import Counters, Health
 from mecanum_base.core.estimation.layout import (
@@ -76,6 +77,7 @@ class Estimator:
         self._period = round(NANOSECONDS / tuning.min_rate)
         self._counters = Counters()
         self._notes = unobservable(base)
+        self._following = Following(base.count)
         self._published: int | None = None
         self._restarts = 0
         self._integrated = False
@@ -119,6 +121,7 @@ class Estimator:
         """Start again at the last pose with start-up covariance: the clock went back."""
         self._order.clear()
         self._angles.restart()
+        self._following.restart()
         self._filter.restart()
         self._published = None
         self._restarts += 1
@@ -166,6 +169,8 @@ class Estimator:
             notes.append('the IMU has fallen silent: yaw and slip come from the wheels alone')
         if self._integrated:
             notes.append('wheel speeds stand in for positions: drift is larger than it need be')
+        for i in self._following.strays:
+            notes.append(f'wheel {self._base.joint[i]} does not follow its command')
         return tuple(notes)
 
     def _resume(self, stamp_ns: int) -> None:
@@ -193,8 +198,10 @@ class Estimator:
             self._filter.predict(sample.stamp_ns)
             self._filter.reset()
             self._counters.use('odometry_reset')
-        else:
+        elif self._following.take(sample.stamp_ns, sample.rate, self._angles.angle):
             self._counters.use('wheel_commands')
+        else:
+            self._counters.reject('wheel_commands', 'not one number a wheel')
         if self._published is not None and sample.stamp_ns - self._published >= self._period:
             self._filter.predict(sample.stamp_ns)
             found.append(self._publish(sample.stamp_ns, 'predicted'))
