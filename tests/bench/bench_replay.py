@@ -1,111 +1,121 @@
-"""Speed of ``mecanum replay`` as a multiple of real time. Not a test: run it by hand.
+"""Replay speed: the whole process against others that merely decode the same bag, in one run.
 
-    python tests/bench/bench_replay.py [--seconds 300]
+    python tests/bench/bench_replay.py [SECONDS_OF_DATA]
 
-Whole processes, start and imports included, over one generated bag of 100 Hz joint_states and
-200 Hz Imu: the replay (estimator, four files written), beside programs that merely decode the same
-messages with rosbags and merely read their records with mcap. Wall time of one run each.
+The bag holds encoders at 100 Hz and an IMU at 200 Hz. Given are wall and processor time, the
+multiple of real time, and the largest memory of the process.
 """
 
 from __future__ import annotations
 
-import argparse
-import math
+import importlib.util
 import os
 import pathlib
-import platform
 import subprocess
 import sys
 import tempfile
 import time
 
-import numpy as np
+BAG_TESTS = pathlib.Path(__file__).parents[1] / 'bag'
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-ROBOT = ROOT / 'config' / 'mecanum4.yaml'
-ROSBAGS = """
-import pathlib, sys
+OTHERS = {
+    'rosbags AnyReader + deserialize': '''
+import sys, pathlib
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 with AnyReader([pathlib.Path(sys.argv[1])],
-               default_typestore=get_typestore(Stores.ROS2_JAZZY)) as bag:
-    print(sum(1 for c, _, raw in bag.messages() if bag.deserialize(raw, c.msgtype)))
-"""
-MCAP = """
-import pathlib, sys
+               default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+    count = 0
+    for connection, log, data in reader.messages():
+        reader.deserialize(data, connection.msgtype)
+        count += 1
+''',
+    'mcap + mcap-ros2-support': '''
+import sys
 from mcap.reader import make_reader
-total = 0
-for path in sorted(pathlib.Path(sys.argv[1]).glob('*.mcap')):
-    with path.open('rb') as stream:
-        total += sum(1 for _ in make_reader(stream).iter_messages())
-print(total)
-"""
+from mcap_ros2.decoder import DecoderFactory
+with open(sys.argv[1], 'rb') as file:
+    for item in make_reader(file, decoder_factories=[DecoderFactory()]).iter_decoded_messages():
+        pass
+''',
+    'ours, reading and decoding only': '''
+import sys
+from mecanum_base.bag.reader import Bag
+from mecanum_base.bag.stream import SampleReader
+from mecanum_base.bag.topics import Topics
+joints = tuple(f'{a}_{b}_wheel_joint' for a in ('front', 'rear') for b in ('left', 'right'))
+reader = SampleReader(joints, Topics(), print)
+with Bag(sys.argv[1]) as bag:
+    for block in bag.blocks():
+        reader.batch(block)
+''',
+}
 
 
-def generate(folder: pathlib.Path, seconds: float) -> int:
-    """Write the bag; the number of its messages."""
-    sys.path.insert(0, str(ROOT / 'tests' / 'core' / 'estimation'))
-    import staged_drive as staged
-
-    from mecanum_base.bag.simulated import SimulatedBag
-    from mecanum_base.robot_file import load_robot
-
-    legs = []
-    while sum(leg[0] for leg in legs) < seconds:
-        k = len(legs)
-        legs.append((2.5, (0.5 * math.sin(k), 0.4 * math.cos(2 * k), 0.8 * math.sin(3 * k))))
-    motion = staged.staged(*legs)
-    angles = staged.wheel_angles(motion)
-    random = np.random.default_rng(1)
-    for begin in np.arange(10.0, motion.t[-1] - 2.0, 10.0):  # a slip every ten seconds
-        extra = staged.summed((np.abs(motion.t - begin) < 0.2) * 6.0)
-        angles[:, random.integers(4)] += extra
-    samples = staged.merged(staged.imu(motion, xyz=(0.05, 0.0, 0.0)),
-                            staged.frames(motion, angles))
-    bag = SimulatedBag(folder, load_robot(ROBOT))
-    for sample in samples:
-        bag.reading(sample.stamp_ns, sample)
-    bag.close()
-    return len(samples)
+def _load(name):
+    spec = importlib.util.spec_from_file_location(name, BAG_TESTS / f'{name}.py')
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
-def spent(command: list[str], environment: dict[str, str]) -> float:
-    """Wall seconds of a process."""
+def make_bag(folder, seconds):
+    """A rosbag2 folder with real definitions, so that every reader can decode it."""
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+    make, driving = _load('conftest'), _load('driving')
+    made = driving.drive(seed=1, seconds=seconds)
+    entries = [('/joint_states', int(s), make.joint_state(int(s), a))
+               for s, a in zip(made.wheel_ns, made.angle)]
+    entries += [('/imu/data_raw', int(s), make.imu(int(s), g, a))
+                for s, g, a in zip(made.imu_ns, made.gyro, made.accel)]
+    writer = Writer(folder / 'bag', version=9, storage_plugin=StoragePlugin.MCAP)
+    writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    with writer:
+        connections = {topic: writer.add_connection(topic, kind, typestore=make.STORE)
+                       for topic, kind in (('/joint_states', 'sensor_msgs/msg/JointState'),
+                                           ('/imu/data_raw', 'sensor_msgs/msg/Imu'))}
+        for topic, log, msg in sorted(entries, key=lambda e: e[1]):
+            writer.write(connections[topic], log, make.serialized(msg))
+    (folder / 'robot.yaml').write_text(driving.YAML)
+    return folder / 'bag' / 'bag.mcap', len(entries)
+
+
+def timed(command):
+    """(wall s, processor s, MB) of a process; None where it fails."""
     begin = time.perf_counter()
-    subprocess.run(command, env=environment, stdout=subprocess.DEVNULL, check=True)
-    return time.perf_counter() - begin
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    _, status, usage = os.wait4(process.pid, 0)
+    wall = time.perf_counter() - begin
+    text = process.stderr.read().decode()
+    process.stderr.close()
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        return None, text.strip().splitlines()[-1] if text.strip() else 'failed'
+    return (wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024), ''
 
 
-def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], epilog='example: '
-                                     'python tests/bench/bench_replay.py --seconds 60')
-    parser.add_argument('--seconds', type=float, default=300.0, help='length of the bag')
-    seconds = parser.parse_args().seconds
-    with tempfile.TemporaryDirectory() as scratch:
-        bag, out = pathlib.Path(scratch, 'bag'), pathlib.Path(scratch, 'out')
-        count = generate(bag, seconds)
-        size = sum(path.stat().st_size for path in bag.iterdir()) / 1e6
-        print(f'Python {platform.python_version()}, numpy {np.__version__}, '
-              f'{platform.machine()}: {seconds:g} s, {count} messages, {size:.1f} MB')
-        replay = [sys.executable, '-m', 'mecanum_base', 'replay', str(bag), '--robot', str(ROBOT),
-                  '--out', str(out)]
-        plain = {**os.environ, 'MECANUM_BASE_FAST': '0'}
-        rows = [('mecanum replay', replay, plain)]
-        try:
-            import numba  # noqa: F401
-        except ImportError:
-            pass
-        else:
-            fast = {**os.environ, 'MECANUM_BASE_FAST': '1'}
-            rows.append(('mecanum replay, numba', replay, fast))
-        rows += [('rosbags, decoding alone', [sys.executable, '-c', ROSBAGS, str(bag)], plain),
-                 ('mcap, reading alone', [sys.executable, '-c', MCAP, str(bag)], plain)]
-        print(f'{"process":26}{"s":>7}{"x real time":>13}{"us a message":>14}')
-        for name, command, environment in rows:
-            wall = spent(command, environment)
-            print(f'{name:26}{wall:7.2f}{seconds / wall:13.0f}{1e6 * wall / count:14.1f}')
+def main():
+    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 300.0
+    with tempfile.TemporaryDirectory() as place:
+        folder = pathlib.Path(place)
+        bag, count = make_bag(folder, seconds)
+        print(f'{seconds:.0f} s of data, {count} messages, {bag.stat().st_size / 1e6:.1f} MB')
+        replay = [sys.executable, '-m', 'mecanum_base', 'replay', str(bag), '--robot',
+                  str(folder / 'robot.yaml'), '--out', str(folder / 'out')]
+        timed(replay)  # once to fill caches of compiled code
+        runs = {'mecanum replay, whole': replay}
+        runs.update({name: [sys.executable, '-c', code, str(bag)]
+                     for name, code in OTHERS.items()})
+        print(f'{"":34s} {"wall s":>8s} {"cpu s":>8s} {"x real time":>12s} {"MB":>6s}')
+        for name, command in runs.items():
+            found, why = timed(command)
+            if found is None:
+                print(f'{name:34s} not run: {why}')
+                continue
+            wall, cpu, memory = found
+            print(f'{name:34s} {wall:8.2f} {cpu:8.2f} {seconds / wall:12.0f} {memory:6.0f}')
+    return 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(main())

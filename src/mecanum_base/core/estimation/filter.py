@@ -78,8 +78,10 @@ class BodyFilter:
         return self.check()
 
     def predict(self, stamp_ns: int) -> None:
-        """Carry the state to ``stamp_ns`` without a reading."""
-        if self.started and stamp_ns > self.memory.clock[NOW]:
+        """Carry state and covariance to ``stamp_ns`` without a reading."""
+        now = self.memory.clock[NOW]
+        behind = self.memory.m[CARRIED] > 0.0  # calm frames leave the covariance for later
+        if self.started and (stamp_ns > now or (stamp_ns == now and behind)):
             predict(self.model, self.memory, stamp_ns)
 
     def row(self) -> FloatArray:
@@ -90,18 +92,20 @@ class BodyFilter:
 
     def place(self, pose: FloatArray, covariance: FloatArray) -> None:
         """Put the base at ``pose`` (3,) with ``covariance`` (3, 3); all else is kept."""
+        self.predict(self.now_ns)
         x, P = self.memory.x, self.memory.P
         x[PX:YAW + 1] = pose
         P[PX:YAW + 1, :] = 0.0
         P[:, PX:YAW + 1] = 0.0
         P[PX:YAW + 1, PX:YAW + 1] = 0.5 * (covariance + covariance.T)
         self.memory.m[LAST_YAW] = x[YAW]
+        self.row()  # kept: calm frames repeat it
 
     def reset(self) -> None:
         """Pose 0, 0, 0 and slip angles 0; biases and calibration are kept."""
-        self.place(np.zeros(3), np.diag([POSE_SIGMA ** 2, POSE_SIGMA ** 2, YAW_SIGMA ** 2]))
         self.memory.wheel[ANGLE] = 0.0
         self.memory.past[:] = 0.0
+        self.place(np.zeros(3), np.diag([POSE_SIGMA ** 2, POSE_SIGMA ** 2, YAW_SIGMA ** 2]))
 
     def restart(self) -> None:
         """Last pose and learnt values, start-up covariance, all stamps and anchors forgotten."""

@@ -11,6 +11,7 @@ import numpy as np
 from mecanum_base.core.estimation.acceleration import kernel
 from mecanum_base.core.estimation.frame import arm, predict, take_frame, take_imu
 from mecanum_base.core.estimation.layout import (
+    CARRIED,
     FROZEN_FOR,
     LAST_FRAME,
     LAST_IMU,
@@ -87,7 +88,7 @@ def run(model: Model, memory: Memory, kind: IntArray, stamp: IntArray, value: Fl
                 counts[USED_IMU] += 1
             if progress[PUBLISHED] < 0 or now - progress[PUBLISHED] < limits[1]:
                 continue
-            if now > clock[NOW]:
+            if now > clock[NOW] or (now == clock[NOW] and memory.m[CARRIED] > 0.0):
                 predict(model, memory, now)
             describe(model, memory, table[rows])
             row_predicted[rows] = 1
