@@ -20,6 +20,7 @@ from mecanum_base.core.estimation.layout import (
     ANGLE,
     FLAT,
     FROZEN_FOR,
+    GLIDING,
     KY,
     LATE,
     LOCKED_FOR,
@@ -43,6 +44,7 @@ from mecanum_base.core.parameter import FloatArray
 
 SMOOTHING = 0.012  # s
 FROZEN_STEP = 0.25  # counts a wheel may move in a frame and be frozen
+GLIDE_TIME = 0.3  # s of unchanging slip, beyond the slope window, until it is doubted
 UNHELD = 0.3  # share of a direction held by gripping wheels below which it counts as unheld
 
 
@@ -93,12 +95,34 @@ def watch_slope(model: Model, memory: Memory) -> None:
 
 
 @kernel
+def frictionless(memory: Memory, T: float) -> float:
+    """Variance (m/s)^2 to add because the slip believed in does not change.
+
+    Friction acts on wheels that slide and changes their slip; where wheels turn and all their
+    slip speeds stay the same while the base moves on, it is the velocity that is wrong. Wheels
+    that stand are left out: the hand that pushes such a base may balance the friction.
+    """
+    m, wheel = memory.m, memory.wheel
+    slides = np.where(wheel[PROBABILITY] > 0.5, np.abs(wheel[SLIP]), 0.0)
+    flat = np.where(wheel[PROBABILITY] > 0.5, wheel[FLAT], 1.0).min()
+    turning = np.abs(wheel[STEP]).max() > 0.05
+    if flat > 0.0 and turning and slides.max() > 0.1:
+        m[GLIDING] += T
+    else:
+        m[GLIDING] = 0.0
+    if m[GLIDING] < GLIDE_TIME:
+        return 0.0
+    return float((0.5 * slides.max()) ** 2 * T / GLIDE_TIME)
+
+
+@kernel
 def unlock(model: Model, memory: Memory, T: float) -> None:
     """Let the velocity grow uncertain along directions that no gripping wheel holds."""
     m, P = memory.m, memory.P
     xx = xy = yy = 0.0
     if memory.wheel[PROBABILITY].max() <= 0.5:
         m[LOCKED_FOR] = 0.0
+        m[GLIDING] = 0.0
         return
     for i in range(model.wheels):
         share = 0.0 if memory.wheel[PROBABILITY, i] > 0.5 else 2.0 / model.wheels
@@ -109,10 +133,11 @@ def unlock(model: Model, memory: Memory, T: float) -> None:
     mean, half = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
     if mean - half >= UNHELD:
         m[LOCKED_FOR] = 0.0
+        m[GLIDING] = 0.0
         return
     m[LOCKED_FOR] += T
     t = float(m[LOCKED_FOR])
-    grow = model.drift_apart ** 2 * t * T * 2.0
+    grow = model.drift_apart ** 2 * t * T * 2.0 + frictionless(memory, T)
     if mean + half < UNHELD:
         P[VX, VX] += grow
         P[VY, VY] += grow
