@@ -244,3 +244,13 @@ def test_angles_are_the_way_from_the_first_position_whatever_the_path(path):
         reading = subject.read(positions(10 * k, a, b))
     # 1e-14 a step: sums of differences round
     assert reading.angle == pytest.approx(np.subtract(path[-1], path[0]), abs=1e-12)
+
+
+def test_a_wheel_that_never_sends_is_named_once_others_have():
+    subject = angles(3)
+    assert subject.absent() == ()
+    subject.read(positions(0, 0.0, math.nan, 0.0))
+    subject.read(positions(10, 0.1, math.nan, 0.1))
+    assert subject.absent() == (1,)
+    subject.read(positions(20, 0.2, 0.0, 0.2))
+    assert subject.absent() == ()

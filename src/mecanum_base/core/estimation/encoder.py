@@ -75,6 +75,12 @@ class WheelAngles:
         """Stamp of the last reading used."""
         return self._stamp
 
+    def absent(self) -> tuple[int, ...]:
+        """Indices of wheels that have never been read, while others have."""
+        if all(seen < 0 for seen in self._seen):
+            return ()
+        return tuple(i for i, seen in enumerate(self._seen) if seen < 0)
+
     def read(self, sample: WheelSample | TickSample) -> Reading | str:
         """The next frame, or why the sample cannot be used."""
         stamp = sample.stamp_ns

@@ -171,6 +171,9 @@ class Estimator:
             notes.append('wheel speeds stand in for positions: drift is larger than it need be')
         for i in self._following.strays:
             notes.append(f'wheel {self._base.joint[i]} does not follow its command')
+        for i in self._angles.absent():
+            notes.append(f'wheel {self._base.joint[i]} has never sent an angle: is the joint '
+                         'name right?')
         return tuple(notes)
 
     def _resume(self, stamp_ns: int) -> None:
