@@ -9,7 +9,7 @@ STAMP  := $(VENV)/.ready
 export ROS_PYTHON_CHECK_FIELDS := 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint bench accuracy fuzz clean
+.PHONY: help setup demo test lint compiled bench accuracy fuzz clean
 
 help:            ## this list
 	@awk -F':.*## ' '/^[a-z]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -31,6 +31,9 @@ lint: $(STAMP)   ## ruff, mypy, import contracts
 	@$(BIN)/ruff check src tests setup.py .ci
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports --no-cache | tail -n 12
+
+compiled: $(STAMP)  ## the compiled kernels (extra fast) against plain numpy; compiling takes minutes
+	@COMPILED_TESTS=1 $(BIN)/python -m pytest -q tests/core/estimation/test_acceleration.py
 
 bench: $(STAMP)  ## speed: estimator, replay, nodes, simulator
 	@for b in tests/bench/bench_*.py; do echo "== $$b"; $(BIN)/python $$b || exit 1; done
