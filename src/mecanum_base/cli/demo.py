@@ -14,7 +14,7 @@ HELP = ('Drive a simulated base over ROS 2 topics in stepped time: cmd_vel to wh
         'simulated hardware, odometry and slip, compared with the truth.')
 EXAMPLE = """
 mecanum demo                          the lap: square, spin, strafe, oil; results in out/demo
-mecanum demo --scenario oil --out /tmp/oil
+mecanum demo --scenario oil --out out/oil
 mecanum demo --scenario circle_spin --robot config/dual_differential.yaml
 mecanum demo --list
 """
