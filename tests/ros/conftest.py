@@ -4,6 +4,8 @@ The variables are set when tests are collected, before the first participant of 
 them. Discovery between processes takes up to 3 s by default; the profile makes it 0.2 s.
 """
 
+import contextlib
+import fcntl
 import importlib.util
 import os
 import pathlib
@@ -136,24 +138,43 @@ def robot_path():
     return robot_file.shipped() / 'mecanum4.yaml'
 
 
-def _free_domain():
-    return random.SystemRandom().randrange(1, 100)  # up to 101 the ports stay below the ephemeral
+@contextlib.contextmanager
+def free_domain():
+    """A DDS domain that no other test of this machine uses at the same time.
+
+    Held by a lock on a file, which ends with the process, however that ends. Up to 101 the ports
+    of a domain stay below the ephemeral ones.
+    """
+    folder = pathlib.Path(tempfile.gettempdir(), f'mecanum_base_domains_{os.getuid()}')
+    folder.mkdir(exist_ok=True)
+    domains = random.SystemRandom().sample(range(1, 101), 100)
+    for domain in domains:
+        with (folder / str(domain)).open('w') as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            yield domain
+            return
+    raise RuntimeError('all 100 DDS domains are in use by tests')
 
 
 @pytest.fixture
 def outside():
     """A plain node in a DDS domain of its own, for one test."""
-    watcher = Outside(_free_domain())
-    yield watcher
-    watcher.close()
+    with free_domain() as domain:
+        watcher = Outside(domain)
+        yield watcher
+        watcher.close()
 
 
 @pytest.fixture(scope='module')
 def outside_of_module():
     """The same for all tests of a module."""
-    watcher = Outside(_free_domain())
-    yield watcher
-    watcher.close()
+    with free_domain() as domain:
+        watcher = Outside(domain)
+        yield watcher
+        watcher.close()
 
 
 @pytest.fixture

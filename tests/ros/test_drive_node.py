@@ -246,6 +246,20 @@ def test_a_simulated_clock_that_jumps_ahead_stops_the_wheels(script, robot_path)
     assert stage.twist()[0] == pytest.approx(0.4)
 
 
+def test_a_command_that_waits_in_the_queue_counts_before_a_time_out_is_declared(
+        script, robot_path):
+    """As on a busy computer, where the timer is served before the messages."""
+    stage = Stage(script, robot_path)
+    stage.drive(1.0, 0.4)
+    script.advance(0.3)
+    stage.steer.publish(Twist(linear=Vector3(x=0.4)))  # not delivered yet
+    script.advance(0.3)  # 0.6 s after the last one that was served: time-out is 0.5 s
+    assert stage.twist()[0] == pytest.approx(0.4)
+    script.advance(0.3)
+    script.advance(0.3)
+    assert stage.twist()[0] < 0.4
+
+
 def test_a_simulated_clock_that_stands_still_stops_the_wheels(script, robot_path):
     stage = Stage(script, robot_path, drive__clock_timeout=0.3)
     stage.drive(0.5, 0.4)

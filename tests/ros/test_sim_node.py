@@ -230,9 +230,9 @@ def test_in_real_time_it_follows_the_time_that_passes(script, robot):
 
 def test_a_computer_too_slow_lets_time_pass_and_says_so(script, robot):
     node = script.add(SimNode, robot=robot, stepped=False)
-    node._origin = node._origin[0] - 10.0, node._origin[1]  # ten seconds behind
-    script.wait_for(lambda: node._slowed > 0.0, 'a step', 20.0)
-    assert node._slowed == pytest.approx(10.0, abs=1.0)
+    node._pace._began -= 10.0  # ten seconds behind
+    script.wait_for(lambda: node._pace.given_up > 0.0, 'a step', 20.0)
+    assert node._pace.given_up == pytest.approx(10.0, abs=1.0)
     assert 'slower than real time' in statuses(node)['simulation'].message
 
 

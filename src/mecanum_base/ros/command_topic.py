@@ -52,6 +52,11 @@ class CommandTopic:
         """The message type that is subscribed."""
         return self._topic.type
 
+    def take_waiting(self) -> None:
+        """Receive what has arrived by now, before anybody judges that commands have ceased."""
+        if self._topic.type:
+            self._topic.take_waiting()
+
     def look(self) -> None:
         """Look at the graph; called at least every 0.2 s."""
         before = self._topic.type

@@ -116,6 +116,7 @@ class DriveNode(RobotNode):
         return response
 
     def _tick(self) -> None:
+        self.command.take_waiting()  # a busy computer: commands may wait behind this timer
         self._send(self.driver.step(self.time_base.now_ns()))
 
     def _watch(self) -> None:

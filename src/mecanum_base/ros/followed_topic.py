@@ -60,6 +60,15 @@ class FollowedTopic:
         self._subscribe(chosen, wanted)
         return True
 
+    def take_waiting(self) -> None:
+        """Hand on what has come but was not served yet (not for ``raw`` or ``arrivals``)."""
+        handle, waiting = self._subscription.handle, []
+        with handle:
+            while (taken := handle.take_message(self._types[self.type], False)) is not None:
+                waiting.append(taken[0])
+        for message in waiting:
+            self._callback(message)
+
     def _subscribe(self, name: str, qos: QoSProfile) -> None:
         owner = self._node if self._arrivals is None else self._arrivals
         if self._subscription is not None:

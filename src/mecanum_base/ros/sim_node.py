@@ -5,7 +5,8 @@ ground_truth/slip, /diagnostics and, with sim.publish_clock, /clock; services ~/
 The wheels stop sim.command_timeout after the last wheel_commands, as real hardware must.
 
 It never runs on simulated time itself: time is the real time that passes (times sim.rate_factor
-where it is the clock), or is moved by hand with :meth:`SimNode.step`.
+where it is the clock, see :mod:`mecanum_base.ros.sim_pace`), or is moved by hand with
+:meth:`SimNode.step`.
 """
 
 from __future__ import annotations
@@ -31,12 +32,12 @@ from mecanum_base.ros.fault_service import FaultService
 from mecanum_base.ros.followed_topic import FollowedTopic, look_often
 from mecanum_base.ros.qos import RELIABLE
 from mecanum_base.ros.robot_node import RobotNode
+from mecanum_base.ros.sim_pace import Pace
 from mecanum_base.ros.sim_topics import SimTopics
 from mecanum_base.sim.scenario_file import load_scenario
 from mecanum_base.sim.simulation import Simulation
 
 PERIOD = 0.005  # s of real time between two steps
-SLOWEST = 0.25  # s the simulation may lie behind real time before it gives up catching up
 _NANOSECONDS = 1_000_000_000
 
 
@@ -60,7 +61,7 @@ class SimNode(RobotNode):
         self._order = robot.drive.command_joints or robot.base.joint
         self._commands = Source('wheel_commands', 'wheel_commands')
         self._fault = _fault(robot)
-        self._slowed = 0.0
+        self._pace: Pace | None = None
         self._follow = FollowedTopic(
             self, 'wheel_commands', {'sensor_msgs/msg/JointState': JointState,
                                      'std_msgs/msg/Float64MultiArray': Float64MultiArray},
@@ -69,9 +70,8 @@ class SimNode(RobotNode):
         self.create_service(Trigger, '~/reset', self._on_reset)
         FaultService(self, self.simulation)
         self._diagnostics = Diagnostics(self, self._statuses)
-        self._origin: tuple[float, int] | None = None
         if start_ns is None:
-            self._origin = time.monotonic(), self.simulation.now_ns
+            self._pace = Pace(robot.sim, self.simulation.now_ns)
             self.create_timer(PERIOD, self._catch_up,
                               clock=Clock(clock_type=ClockType.STEADY_TIME))
         if robot.sim.rate_factor != 1.0 and not robot.sim.publish_clock:
@@ -96,19 +96,10 @@ class SimNode(RobotNode):
             self.simulation.set_fault(*self._fault)
 
     def _catch_up(self) -> None:
-        """Follow real time; a simulation that is too slow lets time pass instead of piling up."""
-        assert self._origin is not None
-        sim = self.robot.sim
-        factor = sim.rate_factor if sim.publish_clock else 1.0
-        began, start_ns = self._origin
-        target = start_ns + round((time.monotonic() - began) * factor * _NANOSECONDS)
-        behind = target - self.simulation.now_ns
-        most = round(SLOWEST * factor * _NANOSECONDS)
-        if behind > most:
-            self._slowed += (behind - most) / _NANOSECONDS
-            self._origin = began, start_ns - (behind - most)
-            target -= behind - most
-        self.step_to(target)
+        """Follow real time, in strides of the clock."""
+        assert self._pace is not None
+        for until_ns in self._pace.strides(self.simulation.now_ns):
+            self.step_to(until_ns)
 
     def _on_commands(self, msg: Any) -> None:
         self._commands.arrived()
@@ -125,8 +116,9 @@ class SimNode(RobotNode):
         if rates is None:
             self._commands.reject('names no wheel')
             return
-        if self._origin is not None:
+        if self._pace is not None:
             self._catch_up()
+            self._pace.commanded(self.simulation.now_ns)
         self.simulation.command(rates * self._sign)
 
     def _on_reset(self, _request: Any, response: Any) -> Any:
@@ -137,13 +129,14 @@ class SimNode(RobotNode):
     def _statuses(self) -> list[Status]:
         commands = self._commands.report(
             needed=False, silent='no wheel_commands: the wheels stand still')
+        given_up = 0.0 if self._pace is None else self._pace.given_up
         values: dict[str, object] = {
             'simulated time [s]': f'{1e-9 * self.simulation.now_ns:.3f}',
             'fault': self._fault[0], **self.topics.count,
-            'time given up [s]': f'{self._slowed:.3f}'}
+            'time given up [s]': f'{given_up:.3f}'}
         slow = 'slower than real time: this computer cannot keep up'
-        return [commands, Status('simulation', WARN if self._slowed else OK,
-                                 slow if self._slowed else 'running', values)]
+        return [commands, Status('simulation', WARN if given_up else OK,
+                                 slow if given_up else 'running', values)]
 
     def _refuse_simulated_time(self) -> None:
         if self.get_parameter('use_sim_time').value:
