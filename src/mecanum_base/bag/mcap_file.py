@@ -17,6 +17,7 @@ from mecanum_base.bag.block import NANOSECONDS, Block, Loss
 from mecanum_base.bag.mcap_records import (
     CHANNEL,
     CHUNK,
+    DATA_END,
     FOOTER,
     HEAD,
     MAGIC,
@@ -71,6 +72,7 @@ class _Walk:
         self._run_times: list[int] = []
         self.stated: int | None = None
         self._chunked = False
+        self._data_end: int | None = None
 
     def bytes_at(self, at: int, count: int) -> bytes:
         """Up to ``count`` bytes from position ``at``."""
@@ -89,6 +91,9 @@ class _Walk:
             end = at + 9 + length
             if opcode == FOOTER and length == 20 and end + len(MAGIC) >= self.size:
                 self._close_run(at)
+                if int.from_bytes(self.bytes_at(at + 9, 8), 'little') not in (0, self._data_end):
+                    self.loss.add('the summary is not where the end of the file says: bytes are '
+                                  'missing or were added', 0, None)
                 return
             if not self._accept(opcode, at, length, end):
                 self._close_run(at)
@@ -117,6 +122,8 @@ class _Walk:
                 self.tables.add(opcode, self.bytes_at(at + 9, length))
             except DamagedPiece:
                 return False
+        elif opcode == DATA_END:
+            self._data_end = end
         elif opcode == STATISTICS:
             self.stated = int.from_bytes(self.bytes_at(at + 9, 8), 'little')
         elif opcode == MESSAGE:

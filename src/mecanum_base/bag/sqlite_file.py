@@ -16,6 +16,8 @@ from mecanum_base.core.errors import BagError
 
 _MAGIC = b'SQLite format 3\0'
 _PER_PIECE = 8192
+# damaged texts come back in the messages of sqlite3 itself
+_UNREADABLE = (sqlite3.Error, UnicodeDecodeError, OverflowError, MemoryError)
 _LARGEST = 1 << 30  # bytes of one window; a damaged length claims more
 
 
@@ -36,9 +38,10 @@ def open_sqlite(path: str) -> Source:
         rows = base.execute('SELECT id, name, type, serialization_format FROM topics').fetchall()
         low, high, count = base.execute(
             'SELECT min(timestamp), max(timestamp), count(*) FROM messages').fetchone()
-    except (sqlite3.Error, OverflowError, MemoryError) as error:
+    except _UNREADABLE as error:
         base.close()
-        raise BagError(f'{path}: is no readable rosbag2 database: {error}') from None
+        raise BagError(f'{path}: is no readable rosbag2 database: '
+                       f'{printable(str(error))}') from None
     topics = {row[0]: Channel(*(printable(str(text)) for text in row[1:])) for row in rows}
     if not count or not isinstance(low, int) or not isinstance(high, int):
         return Source(path, size, (), Loss(), base.close)
@@ -59,8 +62,8 @@ def _load(base: sqlite3.Connection, start: int, stop: int, topics: dict[int, Cha
             raise DamagedPiece(f'a window of the database claims {total} bytes')
         rows = base.execute('SELECT topic_id, timestamp, data FROM messages WHERE timestamp >= ? '
                             'AND timestamp < ? ORDER BY timestamp, id', (start, stop)).fetchall()
-    except (sqlite3.Error, OverflowError, MemoryError) as error:
-        raise DamagedPiece(f'the database is damaged: {error}') from None
+    except _UNREADABLE as error:
+        raise DamagedPiece(f'the database is damaged: {printable(str(error))}') from None
     order = {number: i for i, number in enumerate(topics)}
     good = [r for r in rows if r[0] in order and isinstance(r[1], int) and isinstance(r[2], bytes)]
     length = np.array([len(r[2]) for r in good], dtype=np.int64)
