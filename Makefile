@@ -5,11 +5,12 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 OUT    ?= out
+PYTHONS ?= python3.10 python3.11 python3.12 python3.13
 STAMP  := $(VENV)/.ready
 export ROS_PYTHON_CHECK_FIELDS := 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint compiled bench accuracy fuzz clean
+.PHONY: help setup demo test lint compiled pythons bench accuracy fuzz clean
 
 help:            ## this list
 	@awk -F':.*## ' '/^[a-z]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -34,6 +35,12 @@ lint: $(STAMP)   ## ruff, mypy, import contracts
 
 compiled: $(STAMP)  ## the compiled kernels (extra fast) against plain numpy; compiling takes minutes
 	@COMPILED_TESTS=1 $(BIN)/python -m pytest -q tests/core/estimation/test_acceleration.py
+
+pythons: $(STAMP)  ## the simulator gives the same readings with every Python 3.10 - 3.13 found
+	@for p in $(PYTHONS); do $$p -m venv $(OUT)/pythons/$${p##*/} \
+	  && $(OUT)/pythons/$${p##*/}/bin/pip install -q numpy PyYAML \
+	  && found="$$found:$(OUT)/pythons/$${p##*/}/bin/python" || echo "$$p is left out"; done; \
+	OTHER_PYTHONS=$$found $(BIN)/python -m pytest -q tests/sim/test_python_versions.py
 
 bench: $(STAMP)  ## speed: estimator, replay, nodes, simulator
 	@for b in tests/bench/bench_*.py; do echo "== $$b"; $(BIN)/python $$b || exit 1; done

@@ -75,11 +75,15 @@ def test_the_command_writes_table_picture_and_page(tmp_path, capsys):
     pytest.importorskip('matplotlib')
     pytest.importorskip('plotly')
     path = tmp_path / 'short.yaml'
-    path.write_text(SHORT.replace('duration: 4.0', 'duration: 2.0'), encoding='utf-8')
+    path.write_text('robot: mine.yaml\n' + SHORT.replace('duration: 4.0', 'duration: 2.0'),
+                    encoding='utf-8')
+    beside = tmp_path / 'mine.yaml'  # a robot file beside the scenario is found
+    beside.write_text((shipped() / 'mecanum4.yaml').read_text(encoding='utf-8'), encoding='utf-8')
     out = tmp_path / 'out'
     assert main(['demo', '--scenario', str(path), '--out', str(out)]) == 0
     shown = capsys.readouterr()
     assert re.search(r'position error, RMS \[m\] +0\.0', shown.out)
+    assert str(beside) in shown.out
     assert shown.err == ''  # no progress, no log in a pipe
     assert (out / 'demo.png').read_bytes().startswith(b'\x89PNG')
     page = (out / 'demo.html').read_text(encoding='utf-8')

@@ -23,7 +23,8 @@ mecanum demo --list
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of this verb."""
     parser.add_argument('--scenario', default='lap', help='name of a shipped scenario or a file')
-    parser.add_argument('--robot', help='robot file (default: the one the scenario names)')
+    parser.add_argument('--robot', help='robot file (default: the one the scenario names, beside '
+                        'the scenario file or shipped)')
     parser.add_argument('--out', default=os.path.join('out', 'demo'), help='folder for bag, '
                         'picture and page (default: %(default)s)')
     parser.add_argument('--seed', type=int, help='seed of every random number')
@@ -40,13 +41,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Perform the scenario, read its bag and show the comparison."""
-    from mecanum_base.robot_file import read_parameters, shipped
+    from mecanum_base.robot_file import read_parameters
     from mecanum_base.sim.scenario_file import find_scenario, load_scenario, shipped_scenarios
 
     if options.list:
         for name in shipped_scenarios():
             print(f'{name:<14} {load_scenario(name).title}')
         return 0
+    from mecanum_base.cli.sim import robot_of
     from mecanum_base.core.command.trajectory import CircleSpin
     from mecanum_base.demo.experiment import NAME, Experiment
     from mecanum_base.demo.recording import read_result
@@ -57,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario)
     if options.seed is not None:
         scenario = scenario.replace(seed=options.seed)
-    path = pathlib.Path(options.robot) if options.robot else shipped() / scenario.robot
+    path = robot_of(scenario.robot, options.scenario, options.robot)
     parameters = read_parameters(path)
     robot = Robot.from_mapping(parameters)
     out = pathlib.Path(options.out)
