@@ -1,23 +1,35 @@
 """Errors of well-known IMUs, named as in their datasheets.
 
-Typical values; where a tolerance is a limit (MPU-6050, BMI088), a third of it is the standard
-deviation; where it is typical (BNO055), it is the standard deviation itself.
+Behind each number: [s] seen in a copy of the document named, [q] only seen quoted from it (by
+drivers and other projects), [-] from memory, not found again. Unless it says otherwise the sheets
+give typical values at 25 degrees C.
 
-    MPU-6050  InvenSense PS-MPU-6000A-00 rev. 3.4, tables 6.1 and 6.2 (gyro +-250 deg/s, accel
-              +-2 g, DLPF_CFG 2): rate noise density 0.005 deg/s/rtHz, zero-rate output +-20 deg/s,
-              sensitivity tolerance +-3 %, cross axis +-2 %, 131 LSB/(deg/s); accelerometer
-              400 ug/rtHz, zero-g +-50 mg, tolerance +-3 %, cross axis +-2 %, 16384 LSB/g
-    BNO055    Bosch BST-BNO055-DS000 rev. 1.4, table 0-2: gyro 0.014 deg/s/rtHz, zero rate
-              +-1 deg/s, sensitivity +-1 %, cross axis +-1 %; accelerometer 150 ug/rtHz, zero-g
-              +-80 mg, sensitivity +-1 %, cross axis +-1 %; tables 3-22 and 3-33: output
-              16 LSB/(deg/s), 100 LSB/(m/s2)
-    BMI088    Bosch BST-BMI088-DS001, specification tables: gyro 0.014 deg/s/rtHz, zero rate
-              +-1 deg/s, sensitivity +-1 %, cross axis +-1 %, 16 bit over +-500 deg/s;
-              accelerometer 160 ug/rtHz, zero-g +-20 mg, sensitivity +-0.5 %, cross axis +-0.5 %,
-              16 bit over +-6 g; filter of the gyro at 200 Hz output: 64 Hz
+    MPU-6050  InvenSense PS-MPU-6000A-00 rev. 3.4, gyro at +-250 deg/s, accelerometer at +-2 g
+      6.1     rate noise density 0.005 deg/s/rtHz [s], zero-rate output +-20 deg/s [s],
+              sensitivity -3..+3 % (min, max) [s], cross axis +-2 % [s], 131 LSB/(deg/s) [s]
+      6.2     400 ug/rtHz [s], zero-g +-50 mg (x, y; z: 80 mg, not used) [s], tolerance +-3 % [s],
+              cross axis +-2 % [s], 16384 LSB/g [s]
+              RM-MPU-6000A-00 rev. 4.2, 4.3: DLPF_CFG 2 = 94 Hz (accel), 98 Hz (gyro) [q]
+    BNO055    Bosch BST-BNO055-DS000 rev. 1.4
+      0.2     table 0-2: gyro 0.014 deg/s/rtHz [-], zero rate +-1 deg/s [-], sensitivity +-1 % [-],
+              cross axis +-1 % [-]; accelerometer 150 ug/rtHz [-], zero-g +-80 mg [q],
+              sensitivity +-1 % [-], cross axis +-1 % [-]
+      3.5     ranges at power-on 2000 deg/s, 4 g [-]; 47 Hz is one of the gyro's bandwidths, at
+              which the sheet states its noise [-]
+      3.6     tables 3-22 and 3-33: 16 LSB/(deg/s) [s], 100 LSB/(m/s2) [s]
+    BMI088    Bosch BST-BMI088-DS001 rev. 1.9
+      1       gyro 0.014 deg/s/rtHz [q], zero rate +-1 deg/s [q], sensitivity +-1 % [-], cross axis
+              +-1 % [-]; accelerometer 160 ug/rtHz (x, y; z: 190, not used) [q], zero-g 20 mg [q],
+              sensitivity +-0.5 % [-], cross axis 0.5 % [q], 5460 LSB/g at +-6 g [q]
+      5.3.4   accelerometer 16 bit, scale of its range [s];  5.5.2 gyro 16 bit, 32767 LSB over the
+              range [s], here +-500 deg/s
+      5.5.5   gyro at 200 Hz output: 64 Hz [q, Bosch's own driver]
 
-Datasheets do not give the random walk of the bias; the numbers here are of the size that Allan
-plots of such parts show (assumption). Not modelled: temperature, g-sensitivity of the gyro.
+Standard deviations of what is drawn at switch-on are our choice, because a typical value is no
+distribution: a third of the sheet's number for MPU-6050 and BMI088 (a robot's maker calibrates
+once), the whole number for BNO055 (as it comes). No sheet gives the random walk of the bias; the
+numbers here are of the size that Allan plots of such parts show (assumption). Not modelled:
+temperature, g-sensitivity of the gyro.
 """
 
 from __future__ import annotations
