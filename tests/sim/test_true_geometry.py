@@ -14,6 +14,9 @@ from mecanum_base.robot_file import load_robot, shipped
 from mecanum_base.sim import layout as at
 from mecanum_base.sim.body import make_body
 from mecanum_base.sim.config import SimConfig
+from mecanum_base.sim.floor import Floor, Patch
+from mecanum_base.sim.headless import run
+from mecanum_base.sim.scenario_file import load_scenario
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 from plants import (
@@ -170,6 +173,53 @@ def test_a_carrier_that_is_pushed_ahead_of_its_axle_turns_round():
             angle += 1e-3 * (speed / -0.1) * math.sin(angle)
         assert value == pytest.approx(angle, abs=0.08)  # carriers have some inertia
     assert abs(seen[-1]) < 0.6  # trails now
+
+
+@pytest.mark.parametrize('direction', [0.0, 0.5, math.pi / 2, 2.5])
+def test_locked_tyres_of_carriers_slide_alike_in_every_direction(direction):
+    """Friction circle: mu N against the slip, whichever way it points; v^2 / (2 mu g) by hand."""
+    mu, speed = 0.3, 1.0
+    plant = dual_plant(static_ratio=1.0, mass_height=0.0, carrier_inertia=1e3)
+    plant.constants[at.STATIC] = plant.constants[at.KINETIC] = mu
+    set_inputs(plant, at.I_JAM, 1.0)
+    set_velocity(plant, speed * math.cos(direction), speed * math.sin(direction), 0.0)
+    plant.advance(2000)
+    x, y, yaw = plant.pose
+    distance = speed**2 / (2.0 * mu * 9.80665)
+    # 2 %: the shear of the contact builds up first
+    assert math.hypot(x, y) == pytest.approx(distance, rel=0.02)
+    assert math.atan2(y, x) == pytest.approx(direction, abs=0.02) and abs(yaw) < 0.01
+    assert plant.twist == pytest.approx((0.0, 0.0, 0.0), abs=1e-3)
+
+
+def test_carriers_on_oil_spin_their_wheels_and_the_platform_gains_no_more_than_friction_allows():
+    plant = dual_plant(static_ratio=1.0, mass_height=0.0)
+    plant.constants[at.STATIC] = plant.constants[at.KINETIC] = 0.05
+    set_inputs(plant, at.I_RATE, 12.0)  # 0.6 m/s at once
+    plant.advance(300)
+    assert plant.twist[0] == pytest.approx(0.05 * 9.80665 * 0.3, rel=0.05)
+    rates, slip = plant.column(at.T_RATE), plant.column(at.T_SLIP_RATE)
+    for rate, slipping in zip(rates, slip):
+        assert rate > 10.0
+        assert slipping == pytest.approx(rate - plant.twist[0] / 0.05, rel=1e-3)
+
+
+def test_a_carrier_on_oil_is_pulled_along_by_the_other():
+    floor = Floor(patches=(Patch(friction=0.05, centre=[0.3, 0.0], radius=0.25),))
+    plant = make_plant(DUAL.base, floor, mass=25.0, friction=1.0)
+    set_inputs(plant, at.I_RATE, [-6.0, -6.0, 6.0, 6.0])  # front backwards on oil, rear ahead
+    plant.advance(150)
+    slip = np.abs(plant.column(at.T_SLIP_RATE))
+    assert plant.twist[0] > 0.1
+    assert slip[:2].min() > 5.0 and slip[2:].max() < 0.5 * slip[:2].min()
+
+
+def test_the_shipped_scenario_of_the_carriers_slips_where_its_oil_is():
+    scenario = load_scenario('carriers')
+    done = run(scenario, DUAL.base, DUAL.encoder, DUAL.imu, DUAL.sim, duration=5.0)
+    slip, x = np.abs(done.slip_rate).max(axis=1), done.pose[:, 0]
+    assert slip[x < 0.5].max() < 0.2  # rad/s: creep
+    assert slip[(x > 1.2) & (x < 2.0)].max() > 5.0
 
 
 def test_every_shipped_robot_can_be_simulated():
