@@ -9,13 +9,14 @@ import pathlib
 import sys
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import driving
 
-from mecanum_base.bag.analysis.calibration import calibrate
-from mecanum_base.bag.analysis.calibration_windows import windows_of
+from mecanum_base.bag.analysis.calibrate_bags import fitted
 from mecanum_base.bag.analysis.drift import Track
+from mecanum_base.bag.analysis.evidence import Evidence
 from mecanum_base.bag.analysis.motion import Gyro, WheelMotion
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.robot import Robot
@@ -23,11 +24,15 @@ from mecanum_base.robot_file import parse_parameters
 
 ROBOT = Robot.from_mapping(parse_parameters(driving.YAML, 'made by hand'))
 MATRIX = wheels_from_body(ROBOT.base)
-UP = np.array([0.0, 0.0, 1.0])
 
 
-def one(seed, truth=True, imu=True, **options):
-    """(calibration, true scales by name) of one random base."""
+def one(seed, truth=True, imu=True, accelerometer=True, mounted=(2.0, 2.0, 5.0), **options):
+    """(calibration, true values by name) of one random base.
+
+    Roll and pitch of the mount come from gravity and turning, so the accelerometer has an offset
+    (0.2 m/s2), the floor a slope (0.3 deg) and the gyro cross-axis errors (1 %), all at random;
+    ``mounted`` deg: spread of the mounting.
+    """
     generator = np.random.default_rng(1000 + seed)
     rho, kappa = generator.uniform(0.95, 1.05), generator.uniform(0.93, 1.0)
     lam, gyro = generator.uniform(0.93, 1.07), generator.uniform(0.99, 1.01)
@@ -36,27 +41,49 @@ def one(seed, truth=True, imu=True, **options):
         gyro = 1.0 + 0.005 * generator.normal()
     spread = 0.01 * generator.normal(size=4)
     spread -= spread.mean()
+    x, y, z = np.radians(mounted) * generator.normal(size=3)
     setting = dict(seconds=80.0, radius=driving.RADIUS * rho * (1.0 + spread),
                    lever=(driving.LX + driving.LY) * lam, lateral=kappa, gyro_scale=gyro,
-                   truth_noise=0.002)
+                   truth_noise=0.002, zero_g=0.2 * generator.normal(size=3),
+                   floor=np.radians(0.3) * generator.normal(size=2))
     made = driving.drive(seed=seed, **{**setting, **options})
+    turn = Rotation.from_euler('z', z) * Rotation.from_rotvec([x, y, 0.0])
+    cross = 0.01 * generator.normal(size=(3, 3))
+    np.fill_diagonal(cross, 0.0)
+    driving.mount(made, turn.as_matrix(), cross)
+    if not accelerometer:
+        made.accel[:] = np.nan
     motion = WheelMotion(driving.JOINTS, made.wheel_ns, made.angle)
-    windows = windows_of(motion, Track(made.truth_ns, made.pose) if truth else None,
-                         Gyro(made.imu_ns, made.gyro, made.accel) if imu else None, UP)
-    return calibrate(windows, MATRIX), {
+    evidence = Evidence(ROBOT, motion, Gyro(made.imu_ns, made.gyro, made.accel) if imu else None,
+                        Track(made.truth_ns, made.pose) if truth else None, None)
+    return fitted([evidence], [0.0], MATRIX), {
         'forward': rho, 'sideways': rho * kappa, 'turning': rho / lam, 'gyro scale': gyro,
-        'wheels': 1.0 + spread}
+        'wheels': 1.0 + spread, 'about x (roll)': x, 'about y (pitch)': y, 'about z (yaw)': z}
 
 
 def covered(found, real):
     """{name: covered or None where refused}."""
-    values = {**found.axes, **{v.name: v for v in found.constants}}
+    values = {**found.axes, **{v.name: v for v in found.constants},
+              **{v.name: v for v in found.mount.turns.values()}}
     result = {name: (value.low <= real[name] <= value.high) if value.given else None
               for name, value in values.items() if name in real}
     for index, value in enumerate(found.wheels):
         result[f'wheel {index}'] = ((value.low <= real['wheels'][index] <= value.high)
                                     if value.given else None)
     return result
+
+
+def given(found, name):
+    """Whether a value of that name is given."""
+    values = {**found.axes, **{v.name: v for v in (*found.constants, *found.mount.turns.values())}}
+    return name in values and values[name].given
+
+
+UNEXCITED = {  # what must be refused: (name of the value, motion that does not excite it)
+    'forward': dict(forward=0.0), 'sideways': dict(sideways=0.0), 'turning': dict(turning=0.0),
+    'gyro scale': dict(turning=0.0), 'about z (yaw)': dict(forward=0.0, sideways=0.0),
+    'about x (roll)': dict(turning=0.0, accelerometer=False),
+    'about y (pitch)': dict(turning=0.0, accelerometer=False)}
 
 
 def main(runs):
@@ -69,12 +96,11 @@ def main(runs):
                     counts.setdefault(name, []).append(value)
         print(label)
         for name, values in counts.items():
-            print(f'  {name:12s} covered {100 * np.mean(values):5.1f} % of {len(values)}',
+            print(f'  {name:16s} covered {100 * np.mean(values):5.1f} % of {len(values)}',
                   flush=True)
-    for name, still in (('sideways', dict(sideways=0.0)), ('turning', dict(turning=0.0)),
-                        ('forward', dict(forward=0.0))):
-        given = sum(one(seed, **still)[0].axes[name].given for seed in range(runs))
-        print(f'not excited {name:9s}: given {given} times of {runs}')
+    for name, still in UNEXCITED.items():
+        count = sum(given(one(seed, **still)[0], name) for seed in range(runs))
+        print(f'not excited {name:16s}: given {count} times of {runs}', flush=True)
     return 0
 
 

@@ -49,8 +49,12 @@ class Drive:
 
 def drive(seed=1, seconds=60.0, forward=0.5, sideways=0.5, turning=0.8, radius=RADIUS, lever=None,
           lateral=1.0, gyro_scale=1.0, gyro_bias=0.01, imu_late=0.0, creep=0.01, rest=2.0,
-          gyro_noise=0.003, accel_noise=0.05, truth_noise=0.0, slip=0.0):
+          gyro_noise=0.003, accel_noise=0.05, truth_noise=0.0, slip=0.0,
+          zero_g=(0.05, -0.08, 0.0), floor=(0.0, 0.0), place=(0.0, 0.0)):
     """Legs of random twists with pauses; scales make the base differ from the robot file.
+
+    ``zero_g`` m/s2: offset of the accelerometer; ``floor`` rad: how much the floor rises along
+    x and y of the start; ``place`` m: the IMU in base_link.
 
     ``lateral``: real sideways way over what four ideal wheels would give. ``slip``: share of legs
     in which one wheel spins 30 % faster than it rolls.
@@ -102,7 +106,12 @@ def drive(seed=1, seconds=60.0, forward=0.5, sideways=0.5, turning=0.8, radius=R
     quantum = 2 * np.pi / 4096
     push = np.gradient(twist[:, :2], dt, axis=0)
     accel = np.column_stack([push[:, 0] - wz * vy, push[:, 1] + wz * vx, np.full(count, 9.80665)])
-    accel += generator.normal(size=accel.shape) * accel_noise + [0.05, -0.08, 0.0]
+    spin_up = np.gradient(wz, dt)
+    accel[:, 0] += -spin_up * place[1] - wz**2 * place[0]
+    accel[:, 1] += spin_up * place[0] - wz**2 * place[1]
+    accel[:, 0] += 9.80665 * (c * floor[0] + s * floor[1])
+    accel[:, 1] += 9.80665 * (-s * floor[0] + c * floor[1])
+    accel += generator.normal(size=accel.shape) * accel_noise + np.array(zero_g)
     gyro = np.column_stack([0 * wz, 0 * wz, wz * gyro_scale])
     gyro += generator.normal(size=gyro.shape) * gyro_noise + [0.002, -0.003, gyro_bias]
     stamp = T0 + np.round(t * 1e9).astype(np.int64)
@@ -111,7 +120,14 @@ def drive(seed=1, seconds=60.0, forward=0.5, sideways=0.5, turning=0.8, radius=R
                  stamp + int(imu_late * 1e9), gyro, accel, stamp[::4], seen, target)
 
 
-def mount(made, rotation):
-    """The same drive seen by an IMU whose axes are rotated: v_base = rotation @ v_sensor."""
+def mount(made, rotation, gyro_cross=None, accel_cross=None):
+    """The same drive seen by an IMU whose axes are rotated: v_base = rotation @ v_sensor.
+
+    The (3, 3) cross-axis errors are relative, in sensor axes.
+    """
     made.gyro, made.accel = made.gyro @ rotation, made.accel @ rotation
+    if gyro_cross is not None:
+        made.gyro = made.gyro + made.gyro @ gyro_cross.T
+    if accel_cross is not None:
+        made.accel = made.accel + made.accel @ accel_cross.T
     return made

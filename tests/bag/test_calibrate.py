@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from mecanum_base.bag.analysis.calibrated_file import calibrated_wheels, rewritten, roller_text
-from mecanum_base.bag.analysis.calibration import Calibration, Value
+from mecanum_base.bag.analysis.calibration import Calibration
+from mecanum_base.bag.analysis.fitted_value import Value
 from mecanum_base.bag.analysis.robust_fit import robust_fit, student
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.core.kinematics.solve import body_from_wheels

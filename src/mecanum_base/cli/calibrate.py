@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import pathlib
 import sys
 from typing import Any
 
-HELP = ('fit wheel radius, lever arm, lateral factor and gyro scale to bags, with uncertainty; '
-        'writes a robot file; refuses what the motion did not excite')
+HELP = ('fit wheel radius, lever arm, lateral factor, gyro scale and IMU mounting to bags, with '
+        'uncertainty; writes a robot file; refuses what the motion did not excite')
 EXAMPLE = '''mecanum calibrate run1.mcap run2.mcap --robot robot.yaml --out calibrated.yaml
 mecanum calibrate straight.mcap --robot robot.yaml --out calibrated.yaml --distance 3.02'''
 
@@ -41,6 +42,7 @@ def run(options: argparse.Namespace) -> int:
     from mecanum_base.bag.analysis.calibrate_bags import calibrate_bags
     from mecanum_base.bag.analysis.calibrated_file import (
         calibrated_wheels,
+        mounting,
         rewritten,
         roller_text,
     )
@@ -57,6 +59,9 @@ def run(options: argparse.Namespace) -> int:
         found = calibrate_bags(options.bag, robot, options, progress.update)
     assert isinstance(robot.base, Wheels)
     given = [n for n, v in found.axes.items() if v.given]
+    rpy = mounting(found, robot)
+    if rpy is not None:
+        given.append('imu.rpy')
     text = roller_text(found, robot.base)
     if text:
         found.notes.append(text)
@@ -73,7 +78,7 @@ def run(options: argparse.Namespace) -> int:
                f'{", ".join(given)}').replace('\n', ' ')
     try:
         pathlib.Path(options.out).write_text(
-            rewritten(read_text(options.robot), options.robot, changed, comment),
+            rewritten(read_text(options.robot), options.robot, changed, comment, rpy),
             encoding='utf-8')
     except OSError as error:
         raise BagError(f'{options.out}: cannot be written: {error.strerror}') from None
@@ -90,6 +95,8 @@ def _print(found: Any, joints: tuple[str, ...]) -> None:
         _line(meaning[name], value)
     for value in found.constants:
         _line(value.name, value)
+    for value in found.mount.turns.values():
+        _line(f'IMU mounting {value.name}', value)
     for joint, value in zip(joints, found.wheels):
         _line(f'radius of {joint} against the mean', value)
     if found.held_out:
@@ -103,5 +110,10 @@ def _print(found: Any, joints: tuple[str, ...]) -> None:
 def _line(name: str, value: Any) -> None:
     if value.value is None:
         print(f'{name:36s} not given: {value.verdict}')
+    elif name.startswith('IMU'):
+        degrees = [math.degrees(v) for v in (value.value, value.low, value.high)]
+        print('{:36s} {:+.2f} deg   90 %: {:+.2f} to {:+.2f}'.format(name, *degrees))
+    elif name.endswith('[s]'):
+        print(f'{name:36s} {value.value:+.4f}   90 %: {value.low:+.4f} to {value.high:+.4f}')
     else:
         print(f'{name:36s} x {value.value:.4f}   90 %: {value.low:.4f} to {value.high:.4f}')

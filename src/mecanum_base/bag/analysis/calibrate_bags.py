@@ -10,13 +10,16 @@ from typing import Any
 import numpy as np
 
 from mecanum_base.bag.analysis.agreement import yaw_agreement
-from mecanum_base.bag.analysis.calibration import Calibration, Value, calibrate, judged, refused
-from mecanum_base.bag.analysis.calibration_windows import Windows, together, windows_of
+from mecanum_base.bag.analysis.calibration import Calibration, calibrate, judged
+from mecanum_base.bag.analysis.calibration_windows import together, windows_of
 from mecanum_base.bag.analysis.evidence import Evidence, evidence_of
+from mecanum_base.bag.analysis.fitted_value import Value, refused
+from mecanum_base.bag.analysis.imu_fit import mount_fit
 from mecanum_base.bag.analysis.motion import Gyro, dead_reckoned
 from mecanum_base.core.errors import BagError
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.core.kinematics.wheels import Wheels
+from mecanum_base.core.parameter import FloatArray
 from mecanum_base.robot import Robot
 
 Update = Callable[[float, str], None]
@@ -26,23 +29,19 @@ def calibrate_bags(paths: list[str], robot: Robot, options: Any, update: Update)
     """Fit the recordings together; BagError where none is long enough."""
     assert isinstance(robot.base, Wheels)
     matrix = wheels_from_body(robot.base)
-    parts: list[Windows] = []
     evidences: list[Evidence] = []
     offsets: list[Value] = []
+    late: list[float] = []
     for number, path in enumerate(paths):
         found = evidence_of(path, robot, options.encoder_topic, options.imu_topic,
                             not options.no_imu, options.truth_topic,
                             functools.partial(_step, update, number, len(paths)))
         evidences.append(found)
-        late = _offset(found, offsets)
-        windows = windows_of(found.motion, found.truth, found.gyro,
-                             robot.imu.base_from_sensor()[2], late)
-        if windows is not None:
-            parts.append(windows)
-    if not parts:
+        late.append(_offset(found, offsets))
+    result = fitted(evidences, late, matrix)
+    if result is None:
         raise BagError(f'{", ".join(paths)}: too short to calibrate: at least 8 s with wheels and '
                        'reference at the same time are needed')
-    result = calibrate(together(parts), matrix)
     result.constants += offsets
     if options.distance is not None:
         _measured(result, evidences, matrix, options)
@@ -51,6 +50,28 @@ def calibrate_bags(paths: list[str], robot: Robot, options: Any, update: Update)
         wrong = [d for d in verdict.diagnoses if d.certainty > 0.9] if verdict else []
         result.notes += [f'{paths[number]}: {d.text}: correct this first (`mecanum doctor`)'
                          for d in wrong if d.fault not in ('time_offset', 'imu_tilt')]
+    return result
+
+
+def fitted(evidences: list[Evidence], late: list[float], matrix: FloatArray) -> Calibration | None:
+    """Everything that recordings of one robot tell together; ``late`` s: offset of each gyro.
+
+    None where none of them is long enough.
+    """
+    mount = mount_fit(evidences, late, matrix)
+    up = mount.applied(evidences[0].robot.imu.base_from_sensor())[2]
+    parts = [windows_of(e.motion, e.truth, e.gyro, up, t) for e, t in zip(evidences, late)]
+    whole = [part for part in parts if part is not None]
+    if not whole:
+        return None
+    result = calibrate(together(whole), matrix)
+    result.mount = mount
+    for value in result.constants:
+        if value.name == 'gyro scale' and value.low is not None and value.high is not None \
+                and not value.low <= 1.0 <= value.high:
+            result.notes.append(f'gyro scale {value.value:.4f} has no line in the robot file: '
+                                'divide the rates by it in the driver; until then the estimator '
+                                'learns it')
     return result
 
 

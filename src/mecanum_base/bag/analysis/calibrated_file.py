@@ -3,6 +3,7 @@
     rho = s_x:       radius * rho
     kappa = s_y/s_x: tan(roller) * kappa            (a + d stays the drive direction of the file)
     lambda = s_x/s_w: x, y scaled so that the yaw column of H becomes lambda times the old one
+    imu.rpy:          the fitted turn put before the mount of the file
 """
 
 from __future__ import annotations
@@ -15,10 +16,12 @@ import numpy as np
 import yaml
 
 from mecanum_base.bag.analysis.calibration import Calibration
+from mecanum_base.bag.analysis.wiring_signals import rpy_of
 from mecanum_base.core.errors import ConfigError
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.core.kinematics.wheels import Wheels
 from mecanum_base.core.parameter import FloatArray
+from mecanum_base.robot import Robot
 
 _ROUNDS = 50
 
@@ -68,8 +71,25 @@ def _mean_contact(count: int) -> float:
     return math.sin(math.pi / count) / (math.pi / count)
 
 
-def rewritten(text: str, name: str, changed: Wheels, comment: str) -> str:
-    """The robot file ``text`` with the columns of ``changed`` put in place of its own."""
+def mounting(found: Calibration, robot: Robot) -> tuple[float, float, float] | None:
+    """``imu.rpy`` with the fitted turns; None where none is given or the mount is not the file's.
+
+    Notes for the user are added to ``found``.
+    """
+    if not found.mount.given:
+        return None
+    roll, pitch, yaw = rpy_of(found.mount.applied(robot.imu.base_from_sensor()))
+    if robot.imu.from_tf:
+        found.notes.append(
+            f'imu.from_tf is true: imu.rpy is not written; the transform to the IMU should have '
+            f'the angles {roll:.4f}, {pitch:.4f}, {yaw:.4f} rad')
+        return None
+    return roll, pitch, yaw
+
+
+def rewritten(text: str, name: str, changed: Wheels, comment: str,
+              rpy: tuple[float, float, float] | None = None) -> str:
+    """The robot file ``text`` with the columns of ``changed`` (and ``imu.rpy``) put in place."""
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     block = _below(root, ('ros__parameters', 'wheels'))
     if block is None:
@@ -77,13 +97,40 @@ def rewritten(text: str, name: str, changed: Wheels, comment: str) -> str:
     edits: list[tuple[int, int, str]] = []
     for key, node in block.value:
         if key.value in ('radius', 'roller', 'x', 'y'):
-            values = getattr(changed, key.value)
-            colon = text.index(':', key.end_mark.index)
-            edits.append((colon + 1, node.end_mark.index, ' ' + listed(values)))
+            edits.append(_replaced(text, key, node, listed(getattr(changed, key.value))))
+    if rpy is not None:
+        edits.append(_mounted(text, _below(root, ('ros__parameters',)), listed(np.array(rpy))))
     for start, end, new in sorted(edits, reverse=True):
         tail = text[start:end]
         text = text[:start] + new + tail[len(tail.rstrip()):] + text[end:]
     return ''.join(f'# {line}\n' for line in comment.splitlines()) + text
+
+
+def _replaced(text: str, key: Any, node: Any, new: str) -> tuple[int, int, str]:
+    """The edit that puts a new value behind a key."""
+    return text.index(':', key.end_mark.index) + 1, node.end_mark.index, ' ' + new
+
+
+def _mounted(text: str, parameters: Any, rpy: str) -> tuple[int, int, str]:
+    """The edit that sets ``imu.rpy``: its value, a new key of the block, or a new block."""
+    for key, node in parameters.value:
+        if key.value == 'imu':
+            if not isinstance(node, yaml.MappingNode):  # `imu:` with nothing below
+                return _replaced(text, key, node, f'{{rpy: {rpy}}}')
+            for inner, old in node.value:
+                if inner.value == 'rpy':
+                    return _replaced(text, inner, old, rpy)
+            return _inserted(node, f'rpy: {rpy}')
+    return _inserted(parameters, f'imu: {{rpy: {rpy}}}')
+
+
+def _inserted(block: Any, line: str) -> tuple[int, int, str]:
+    """The edit that puts one more key first into a mapping."""
+    if block.flow_style:
+        at = block.start_mark.index + 1
+        return at, at, line + (', ' if block.value else '')
+    at = block.value[0][0].start_mark
+    return at.index, at.index, f'{line}\n{" " * at.column}'
 
 
 def _below(root: Any, path: tuple[str, ...]) -> Any:

@@ -20,11 +20,12 @@ from typing import Any
 import numpy as np
 
 from mecanum_base.bag.analysis.calibration_windows import Windows
+from mecanum_base.bag.analysis.fitted_value import LEVEL, Value, refused
+from mecanum_base.bag.analysis.imu_mount import MountFit
 from mecanum_base.bag.analysis.robust_fit import Fit, robust_fit, student
 from mecanum_base.core.kinematics.solve import body_from_wheels, parity_basis
 from mecanum_base.core.parameter import FloatArray
 
-LEVEL = 0.9
 WIDEST = 0.03  # half width of a scale that is still worth giving
 _SHARE = 0.15  # of the way must be along an axis
 _WAY = {'forward': 1.5, 'sideways': 1.5, 'turning': 6.0}  # m, m, rad
@@ -32,27 +33,12 @@ _CLUSTERS = 4
 _CONTRADICT = 4.0  # times the usual contradiction of the wheels
 _UNMODELLED = 0.001  # standard deviation of what the model leaves out of a scale
 _GYRO_SCALE = 0.005  # standard deviation of the scale of an uncalibrated gyro
+_GYRO_AXES = 0.0006  # of its scale: 1 % cross-axis error of an IMU that leans by 3 deg
 _FRAME = (math.radians(5.0), 0.2)  # rad, m: how far the markers may be off
 _UNEQUAL = 0.1  # rad/m: how far unequal radii may turn a base that drives straight
 MANOEUVRE = {'forward': 'drive 3 m forward and back, twice',
              'sideways': 'drive 3 m sideways and back, twice',
              'turning': 'turn two times around in each direction on the spot'}
-
-
-@dataclass(frozen=True, slots=True)
-class Value:
-    """One constant: ``low`` to ``high`` covers it with 90 %; ``verdict``: why (not) given."""
-
-    name: str
-    value: float | None
-    low: float | None
-    high: float | None
-    verdict: str
-
-    @property
-    def given(self) -> bool:
-        """Whether there is a value."""
-        return self.value is not None
 
 
 @dataclass(slots=True)
@@ -63,6 +49,7 @@ class Calibration:
     axes: dict[str, Value] = field(default_factory=dict)
     constants: list[Value] = field(default_factory=list)
     wheels: list[Value] = field(default_factory=list)
+    mount: MountFit = field(default_factory=MountFit)
     held_out: dict[str, float] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
@@ -74,11 +61,6 @@ class Calibration:
         """Scale of an axis; 1 where none is given."""
         value = self.axes.get(axis)
         return 1.0 if value is None or value.value is None else value.value
-
-
-def refused(name: str, why: str) -> Value:
-    """A constant that is not given."""
-    return Value(name, None, None, None, why)
 
 
 def calibrate(windows: Windows, matrix: FloatArray) -> Calibration:
@@ -203,7 +185,7 @@ def _gyro_scale(windows: Windows) -> list[Value]:
         return [refused('gyro scale', 'the motion is too short')]
     value = 1.0 / float(fit.value[0])
     return [judged('gyro scale', value, fit.half_width(0, LEVEL) * value**2,
-                   unmodelled=0.0)]
+                   unmodelled=_GYRO_AXES)]
 
 
 def wheel_values(windows: Windows, forward: FloatArray, found: Calibration) -> list[Value]:
