@@ -32,7 +32,7 @@ def open_sqlite(path: str) -> Source:
     if head != _MAGIC:
         raise BagError(f'{path}: is no sqlite3 bag (wrong first bytes)')
     base = sqlite3.connect(f'{pathlib.Path(path).resolve().as_uri()}?mode=ro&immutable=1',
-                           uri=True)
+                           uri=True, check_same_thread=False)  # one thread at a time
     base.text_factory = functools.partial(str, encoding='utf-8', errors='replace')
     try:
         rows = base.execute('SELECT id, name, type, serialization_format FROM topics').fetchall()

@@ -161,6 +161,26 @@ class SampleReader:
         return np.array(kept, dtype=np.int64)
 
 
+def joined_stretch(parts: list[Stretch | None]) -> Stretch | None:
+    """The columns of consecutive batches as one; None where one of them has none."""
+    known = [part for part in parts if part is not None]
+    if len(known) < len(parts) or not known or len({part.ticks for part in known}) > 1:
+        return None
+    if len(known) == 1:
+        return known[0]
+    before = np.cumsum([(len(part.imu_ns), len(part.frame_ns)) for part in known], axis=0)
+    shift = np.concatenate(([[0, 0]], before[:-1]))
+    return Stretch(
+        np.concatenate([part.kind for part in known]),
+        np.concatenate([part.index + np.where(part.kind == IMU_KIND, imu, frame)
+                        for part, (imu, frame) in zip(known, shift.tolist())]),
+        np.concatenate([part.imu_ns for part in known]),
+        np.concatenate([part.gyro for part in known]),
+        np.concatenate([part.accel for part in known]),
+        np.concatenate([part.frame_ns for part in known]),
+        np.concatenate([part.angle for part in known]), known[0].ticks)
+
+
 def _take_rare(intake: Intake, stream: int, msg: Any) -> Estimates:
     if stream == SET_POSE:
         return intake.set_pose(msg)

@@ -27,4 +27,4 @@ def kernel(function: Kernel) -> Kernel:
     """``function`` compiled where possible; the compiled code is cached between processes."""
     if not COMPILED:
         return function
-    return cast(Kernel, njit(cache=True, error_model='numpy')(function))
+    return cast(Kernel, njit(cache=True, nogil=True, error_model='numpy')(function))

@@ -101,8 +101,11 @@ class Rows:
         return found
 
 
-def take(estimator: Estimator, stretch: Stretch) -> Rows | None:
-    """Give the stretch to the estimator; None where it must go sample by sample."""
+def take(estimator: Estimator, stretch: Stretch, last: bool = False) -> Rows | None:
+    """Give the stretch to the estimator; None where it must go sample by sample.
+
+    After the ``last`` one nothing waits for late samples any more.
+    """
     order, angles, body = estimator._order, estimator._angles, estimator._filter
     waiting = sorted(order._queue, key=lambda item: item[:3])
     items = [item[3] for item in waiting]
@@ -120,7 +123,7 @@ def take(estimator: Estimator, stretch: Stretch) -> Rows | None:
     kind = whole.kind
     stamp = np.where(kind == IMU, _at(whole.imu_ns, whole.index), _at(whole.frame_ns, whole.index))
     sequence = np.lexsort((kind, stamp))  # stable: equal ones stay in order of arrival
-    settled = sequence[stamp[sequence] < newest[-1] - order._wait]
+    settled = sequence[last | (stamp[sequence] < newest[-1] - order._wait)]
     frames = whole.index[settled[kind[settled] == FRAME]]
     imus = whole.index[settled[kind[settled] == IMU]]
     push = _push(estimator, whole.gyro[imus], whole.accel[imus])
