@@ -1,16 +1,18 @@
 """Nodes in processes of their own: the base moves, stops, and survives the loss of any of them."""
 
 import signal
+import time
 
 import pytest
 
 pytest.importorskip('rclpy')
 
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 
 from mecanum_base.ros.qos import SENSOR
+from mecanum_base.ros.transforms import Transforms
 
 pytestmark = pytest.mark.slow
 PUBLISH_PERIOD = 0.1  # s: cmd_vel at 10 Hz
@@ -35,8 +37,9 @@ class Robot:
                       and self.commands, 'drive, sim and odometry')
         self.timer = None
 
-    def start(self, verb):
-        return self._start('-m', 'mecanum_base', verb, '--robot', self._robot)
+    def start(self, verb, output=None):
+        words = ['--output', output] if output else ['--robot', self._robot]
+        return self._start('-m', 'mecanum_base', verb, *words)
 
     def kill(self, verb):
         self.processes[verb].send(signal.SIGKILL)
@@ -88,31 +91,79 @@ def test_a_plain_publisher_moves_odom_and_sigint_ends_each_process_with_zeros(ro
     assert not any(robot.commands[-1][1].velocity)
 
 
-def test_each_node_may_be_killed_and_come_back(robot, outside):
-    robot.steer()
-    outside.until(lambda: robot.speed() > 0.9 * SPEED, 'the base to move')
+def assert_no_transform_twice(transforms):
+    stamps = [t.stamp_ns for t in transforms if (t.parent, t.child) == ('odom', 'base_link')]
+    assert len(stamps) > 20
+    assert all(b > a for a, b in zip(stamps, stamps[1:]))
+
+
+def wait_for_stop(robot, outside, what):
+    """The truth stands for 0.3 s: abrupt braking rocks the base first."""
+    outside.until(lambda: all(abs(m.twist.twist.linear.x) < 0.01 for _, m in robot.truth[-30:]),
+                  what)
+
+
+def test_each_node_may_be_killed_and_come_back(robot, outside, tmp_path):
+    """kill -9 of sim, goal, record, drive and odometry in turn, each in a process of its own."""
+    from mecanum_base.cli.main import main
+
+    transforms = []
+    Transforms().listen(outside.node, 'tf', 100, transforms.extend)
+    goals = outside.node.create_publisher(PoseStamped, 'goal_pose', 10)
+    far = PoseStamped()
+    far.header.frame_id, far.pose.orientation.w, far.pose.position.x = 'odom', 1.0, 100.0
+    robot.processes['goal'] = robot.start('goal')
+    bags = iter((tmp_path / 'first', tmp_path / 'second'))
+    robot.processes['record'] = robot.start('record', next(bags))
+    outside.until(lambda: goals.get_subscription_count() >= 2, 'goal and record')
+    first = robot.odom[0][1]
+
+    def go():
+        outside.steer = lambda: goals.publish(far)  # again and again, until somebody listens
+        outside.until(lambda: robot.speed() > 0.1, 'the base to move')
+        outside.steer = None
+
+    # hardware, at rest: odometry falls silent, and goes on at its pose with encoders and IMU
+    robot.kill('sim')
+    outside.until(lambda: time.monotonic() - robot.odom[-1][0] > 0.5, 'odometry to fall silent')
+    count, stood = len(robot.odom), robot.odom[-1][1]
+    robot.processes['sim'] = robot.start('sim')
+    outside.until(lambda: len(robot.odom) > count + 20, 'odometry of the new hardware')
+    again = robot.odom[-1][1]
+    assert again.pose.pose.position.x == pytest.approx(stood.pose.pose.position.x, abs=0.1)
+    assert again.pose.covariance[0] > 0.9 * stood.pose.covariance[0]  # not started anew
+    go()
+    # goal: cmd_vel falls silent, drive_node times out; the goal is forgotten
+    robot.kill('goal')
+    wait_for_stop(robot, outside, 'drive_node to time out')
+    assert not any(robot.commands[-1][1].velocity)
+    robot.processes['goal'] = robot.start('goal')
+    go()
+    # record: nobody else minds, and the bag can be completed
+    robot.kill('record')
+    robot.processes['record'] = robot.start('record', next(bags))
+    assert robot.speed() > 0.1
+    assert main(['record', '--recover', str(tmp_path / 'first')]) == 0
     # drive: nobody says zero, so the hardware must stop by itself
+    outside.until(lambda: robot.speed() > 0.1, 'the base to move')
     robot.kill('drive')
-    last = robot.commands[-1][1]
-    assert any(last.velocity)
-    outside.until(lambda: abs(robot.speed()) < 0.01, 'the simulated hardware to stop')
-    assert robot.commands[-1][1] == last
+    wait_for_stop(robot, outside, 'the simulated hardware to stop')
+    assert any(robot.commands[-1][1].velocity)
     at = robot.x()
     robot.processes['drive'] = robot.start('drive')
-    outside.until(lambda: robot.speed() > 0.9 * SPEED, 'the base to move again')
+    outside.until(lambda: robot.speed() > 0.1, 'the base to move again')
     outside.until(lambda: robot.x() > at + 0.05, 'odometry to go on')
-    # odometry: starts anew at the origin, and nothing else publishes in between
+    # odometry: goal_node stops without it; it starts anew at the origin, as at its first start
     robot.kill('odometry')
     count, before = len(robot.odom), robot.x()
+    wait_for_stop(robot, outside, 'goal_node to stop the base')
     robot.processes['odometry'] = robot.start('odometry')
     outside.until(lambda: len(robot.odom) > count + 20, 'odometry again')
     begin = robot.odom[count + 1][1]
     assert abs(begin.pose.pose.position.x) < 0.05 < before
-    stamps = [stamp_of(m) for _, m in robot.odom[count:]]
-    assert all(b > a for a, b in zip(stamps[1:], stamps[2:]))  # one source, no stamp twice
-    # hardware: odometry falls silent, and goes on when encoders and IMU are back
-    robot.kill('sim')
-    robot.processes['sim'] = robot.start('sim')
-    count = len(robot.odom)
-    outside.until(lambda: len(robot.odom) > count + 20, 'odometry of the new hardware')
-    assert all(abs(m.pose.pose.position.x) < 5.0 for _, m in robot.odom)
+    # the start-up covariance and the noise of a few samples
+    assert begin.pose.covariance[0] < 10.0 * first.pose.covariance[0]
+    outside.until(lambda: robot.speed() > 0.1, 'the base to move again')
+    stamps = [stamp_of(m) for _, m in robot.odom]
+    assert all(b > a for a, b in zip(stamps, stamps[1:]))  # one source, no stamp twice
+    assert_no_transform_twice(transforms)
