@@ -1,4 +1,5 @@
 import json
+import re
 import subprocess
 import sys
 
@@ -36,16 +37,45 @@ def test_a_blocker_gives_code_1_and_the_others_are_still_there(tmp_path, make):
     assert len(json.loads((tmp_path / 'out' / 'findings.json').read_text())) == 3
 
 
-def test_two_robot_files_stand_side_by_side(tmp_path, make):
+def test_two_robot_files_stand_side_by_side_with_a_table_of_what_differs(tmp_path, make):
     from mecanum_base.robot_file import shipped
     robot = shipped() / 'mecanum4.yaml'
     other = tmp_path / 'other.yaml'
-    other.write_text(robot.read_text())
-    make.write_mcap(tmp_path / 'a.mcap', [e for e in make.drive(1.0) if 'imu' not in e[0]])
+    other.write_text(re.sub(r'radius: *\[[^]]*\]', 'radius: [0.06, 0.06, 0.06, 0.06]',
+                            robot.read_text(), count=1))
+    entries = [e for e in make.drive(3.0) if 'imu' not in e[0]]
+    entries += [('/ground_truth/odom', s,
+                 make.odometry(s, (0.06 * 4.0 * (s - make.T0) / 1e9, 0, 0)))
+                for s in range(make.T0, make.T0 + 3 * 10**9, 10**7)]
+    make.write_mcap(tmp_path / 'a.mcap', sorted(entries, key=lambda e: e[1]))
     done = command(tmp_path / 'a.mcap', '--robot', robot, '--compare', other, '--out',
+                   tmp_path / 'out')
+    first, second = json.loads((tmp_path / 'out' / 'findings.json').read_text())
+    assert [first['name'], second['name']] == ['a.mcap (mecanum4.yaml)', 'a.mcap (other.yaml)'], \
+        done.stderr
+    found = second['comparison']
+    assert [row['key'] for row in found['constants']] == ['wheels.radius']
+    rows = {row['figure']: row for row in found['figures']}
+    # the truth goes as wheels of 0.06 m do
+    assert rows['wheels only: final error']['verdict'] == 'better'
+    assert 'wheels only: final error [m]' in done.stdout and 'wheels.radius [m]' in done.stdout
+    page = (tmp_path / 'out' / 'report.html').read_text()
+    assert 'Constants that differ' in page and 'class="better"' in page
+
+
+def test_two_bags_stand_side_by_side(tmp_path, make):
+    for name, seconds in (('a.mcap', 2.0), ('b.mcap', 2.0)):
+        entries = [e for e in make.drive(seconds) if 'imu' not in e[0]]
+        if name == 'b.mcap':
+            del entries[60:90]
+        make.write_mcap(tmp_path / name, entries)
+    done = command(tmp_path / 'a.mcap', '--compare', tmp_path / 'b.mcap', '--out',
                    tmp_path / 'out', '--no-html')
-    names = [r['name'] for r in json.loads((tmp_path / 'out' / 'findings.json').read_text())]
-    assert names == ['a.mcap (mecanum4.yaml)', 'a.mcap (other.yaml)'], done.stderr
+    results = json.loads((tmp_path / 'out' / 'findings.json').read_text())
+    assert [r['name'] for r in results] == ['a.mcap', 'b.mcap'], done.stderr
+    rows = {row['figure']: row for row in results[0]['comparison']['figures']}
+    assert rows['warnings']['verdict'] == 'worse'
+    assert 'found only in the second: warning: /joint_states has gaps' in done.stdout
 
 
 @pytest.mark.parametrize('words, reason', [
@@ -57,6 +87,12 @@ def test_wrong_input_is_one_line_and_code_2(tmp_path, words, reason):
     done = command(path, '--out', tmp_path / 'out')
     assert done.returncode == 2 and reason in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_a_robot_file_to_compare_needs_a_first_one(tmp_path, make):
+    make.write_mcap(tmp_path / 'a.mcap', make.drive(1.0))
+    done = command(tmp_path / 'a.mcap', '--compare', 'other.yaml', '--out', tmp_path / 'out')
+    assert done.returncode == 2 and '--robot' in done.stderr
 
 
 def test_control_characters_in_names_do_not_reach_the_terminal(tmp_path, make):

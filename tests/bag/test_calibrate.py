@@ -118,6 +118,11 @@ def test_a_lateral_factor_is_compared_with_the_contact_correction_of_rollers():
     # sin(pi/9)/(pi/9) = 0.97982: nine rollers
     assert '9 rollers' in roller_text(given(forward=1.0, sideways=0.9798), robot.base)
     assert roller_text(given(forward=1.0), robot.base) == ''
+    wide = given(forward=1.0, sideways=0.96)
+    wide.axes['sideways'] = Value('sideways', 0.96, 0.94, 0.98, '')
+    # 0.9549 (6), 0.9668 (7), 0.9745 (8), 0.9798 (9) lie between 0.94 and 0.98
+    assert '6 to 9 rollers' in roller_text(wide, robot.base)
+    assert 'no number' in roller_text(given(forward=1.0, sideways=1.05), robot.base)
 
 
 def test_student_quantiles_match_the_table():

@@ -9,6 +9,8 @@ from typing import Any
 
 HELP = 'findings on recorded bags: rates, gaps, wiring, slip, drift; one JSON file and one page'
 EXAMPLE = '''mecanum analyze run.mcap --robot robot.yaml --out report
+mecanum analyze run.mcap --robot robot.yaml --compare calibrated.yaml --out report
+mecanum analyze monday.mcap --robot robot.yaml --compare tuesday.mcap --out report
 mecanum analyze bags/ --out report'''
 _SHOWN = 12
 
@@ -30,8 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--truth-frame', metavar='F',
                         help='of /tf as truth: parent frame of the base')
     parser.add_argument('--compare', metavar='FILE',
-                        help='a second robot file: every bag is analysed with both, side by side '
-                             '(two bags side by side: just name both)')
+                        help='a second robot file (.yaml), every bag is analysed with both; or a '
+                             'second bag: tables of what differs, and what is better or worse')
     parser.add_argument('--workers', type=int, default=0, metavar='N',
                         help='processes to use (default: one a processor)')
     parser.add_argument('--scheduler', metavar='URL',
@@ -42,18 +44,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Analyse, write the files, print the findings; 1 if there is a blocker."""
     from mecanum_base.bag.analysis.analyze import Options, check_options
+    from mecanum_base.bag.analysis.comparison import compare
     from mecanum_base.bag.analysis.fleet import analyze_all
     from mecanum_base.bag.folder import bags_under
     from mecanum_base.bag.summary import write_json
     from mecanum_base.cli.progress import Progress
-    from mecanum_base.core.errors import BagError
+    from mecanum_base.core.errors import BagError, ConfigError
     paths = list(bags_under(options.bag))
     if not options.no_html:
         import jinja2  # noqa: F401  fail before the work, not after it
         import plotly  # noqa: F401
+    other = options.compare
+    by_file = other is not None and other.lower().endswith(('.yaml', '.yml'))
+    if by_file and not options.robot:
+        raise ConfigError('--compare', other, 'is a robot file: name the first one with --robot')
     choices = [Options(robot, options.encoder_topic, options.imu_topic, not options.no_imu,
                        options.truth_topic, options.truth_frame)
-               for robot in [options.robot, *([options.compare] if options.compare else [])]]
+               for robot in [options.robot, *([other] if by_file else [])]]
+    paths += [other] if other is not None and not by_file else []
     for choice in choices:
         check_options(paths, choice)
     jobs = [(path, choice) for path in paths for choice in choices]
@@ -64,9 +72,7 @@ def run(options: argparse.Namespace) -> int:
         raise BagError(f'{out}: cannot be written: {error.strerror}') from None
     with Progress('analyze') as progress:
         results = analyze_all(jobs, options.workers, options.scheduler, progress.update)
-    if options.compare:
-        for result in results:
-            result['name'] += f' ({pathlib.Path(result["robot_file"]).name})'
+    comparisons = compare(results, by_file) if other is not None else []
     document = [{k: v for k, v in r.items() if k != 'plots'} for r in results]
     write_json(out / 'findings.json', document)
     if not options.no_html:
@@ -75,6 +81,9 @@ def run(options: argparse.Namespace) -> int:
         title = names if len(names) < 60 else f'{len(results)} recordings'
         write_report(out / 'report.html', results, title)
     _print(results)
+    if comparisons:
+        from mecanum_base.cli.comparison_text import comparison_lines
+        print('\n'.join(_plain(line) for line in comparison_lines(comparisons)))
     print(f'written to {out}')
     return 1 if any(r['counts']['blocker'] for r in results) else 0
 

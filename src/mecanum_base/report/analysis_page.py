@@ -10,6 +10,7 @@ from typing import Any
 
 import plotly.graph_objects as go
 
+from mecanum_base.report.comparison_sections import comparison_sections
 from mecanum_base.report.page import Card, Section, Table, write_page
 
 # distinguishable in light and dark and for colour-blind readers (Okabe and Ito)
@@ -25,6 +26,7 @@ def write_report(path: pathlib.Path, results: Sequence[dict[str, Any]], title: s
     sections: list[Section] = []
     if len(results) > 1:
         sections.append(Section('All recordings', table=_overview(results)))
+    sections += comparison_sections([r['comparison'] for r in results if 'comparison' in r])
     for result in results:
         sections += _sections(result, prefix=f'{result["name"]}: ' if len(results) > 1 else '')
     robots = sorted({str(r['robot_file']) for r in results if r['robot_file']})

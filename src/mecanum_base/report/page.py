@@ -20,10 +20,14 @@ import plotly.offline
 
 @dataclass(frozen=True)
 class Table:
-    """A table of texts; the first column is left-aligned, all others right-aligned."""
+    """A table of texts; the first column is left-aligned, all others right-aligned.
+
+    ``tones``: '', 'better' or 'worse' a row, which colours its last cell.
+    """
 
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
+    tones: Sequence[str] = ()
 
 
 @dataclass(frozen=True)

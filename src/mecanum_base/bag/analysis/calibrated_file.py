@@ -16,6 +16,7 @@ import numpy as np
 import yaml
 
 from mecanum_base.bag.analysis.calibration import Calibration
+from mecanum_base.bag.analysis.fitted_value import Value
 from mecanum_base.bag.analysis.wiring_signals import rpy_of
 from mecanum_base.core.errors import ConfigError
 from mecanum_base.core.kinematics.matrix import wheels_from_body
@@ -60,11 +61,21 @@ def roller_text(found: Calibration, wheels: Wheels) -> str:
     if known:
         return (f'lateral factor {kappa:.4f} on top of the contact correction for '
                 f'{known[0]} rollers, which is {_mean_contact(known[0]):.4f}')
-    best = min(range(4, 25), key=lambda k: abs(_mean_contact(k) - kappa))
-    if kappa > 1.0 or abs(_mean_contact(best) - kappa) > 0.01:
+    sigma = math.hypot(*(_half(found.axes[n]) for n in ('sideways', 'forward')))
+    fitting = [k for k in range(4, 25) if abs(_mean_contact(k) - kappa) <= max(sigma, 0.003)]
+    if not fitting:
         return f'lateral factor {kappa:.4f}: no number of rollers explains it alone'
-    return (f'lateral factor {kappa:.4f}: the mean contact correction of {best} rollers is '
-            f'{_mean_contact(best):.4f}; if the wheels have that many, set roller_count instead')
+    if len(fitting) > 1:
+        return (f'lateral factor {kappa:.4f} +- {sigma:.4f}: the mean contact correction of '
+                f'{fitting[0]} to {fitting[-1]} rollers; count them and set roller_count')
+    return (f'lateral factor {kappa:.4f}: the mean contact correction of {fitting[0]} rollers is '
+            f'{_mean_contact(fitting[0]):.4f}; if the wheels have that many, set roller_count '
+            'instead')
+
+
+def _half(value: Value) -> float:
+    """Half the width of an interval."""
+    return 0.0 if value.low is None or value.high is None else (value.high - value.low) / 2.0
 
 
 def _mean_contact(count: int) -> float:
