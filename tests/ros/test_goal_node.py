@@ -17,6 +17,7 @@ from geometry_msgs.msg import (
     TwistStamped,
 )
 from nav_msgs.msg import Odometry
+from rclpy.clock_type import ClockType
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger
@@ -275,3 +276,50 @@ def test_settings_of_the_field_can_be_changed_while_it_drives(script, robot):
     assert answer.successful, answer.reason
     bench.drive(0.3)
     assert bench.twist[0] == pytest.approx(0.1, abs=1e-6)
+
+
+# --- time ---------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('jump', [-5.0, 60.0], ids=['back', 'ahead'])
+def test_a_jump_of_the_clock_is_a_zero_until_odometry_comes_again(script, robot, jump):
+    bench = Bench(script, robot)
+    script.run(6.0, STEP)
+    bench.drive(0.1)
+    bench.goal(2.0, 0.0)
+    bench.drive(1.0)
+    assert bench.twist[0] > 0.1
+    script.move_to(script.now_ns + round(jump * 1e9))
+    bench.drive(0.06, odom=False)
+    assert not bench.twist.any()
+    bench.drive(0.3)
+    assert bench.twist[0] > 0.1
+
+
+def test_a_moving_goal_is_not_fed_forward_for_ever_after_the_clock_went_back(script, robot):
+    robot['goal'] = {'feed_forward': True}
+    bench = Bench(script, robot)
+    script.run(6.0, STEP)
+    for i in range(20):  # a goal that moves away at 0.2 m/s
+        bench.goal(1.0 + 0.02 * i, 0.0)
+        bench.drive(0.1)
+    script.move_to(script.now_ns - 5_000_000_000)
+    bench.drive(8.0)
+    assert bench.pose[0] == pytest.approx(1.38, abs=0.03)  # where the goal was last
+    assert not bench.twist.any()
+
+
+def test_a_paused_clock_silences_it(script, robot):
+    bench = Bench(script, robot)
+    bench.drive(0.1)
+    bench.goal(2.0, 0.0)
+    bench.drive(0.5)
+    count = len(bench.commands)
+    for _ in range(20):
+        script.settle()
+    assert len(bench.commands) == count  # drive_node stops by its own time-out
+
+
+def test_without_simulated_time_its_durations_come_from_a_clock_nobody_can_set(script, robot):
+    node = script.add(GoalNode, robot=robot, stepped=False)
+    assert node.time_base.clock.clock_type == ClockType.STEADY_TIME
+    assert node._timer.clock.clock_type == ClockType.STEADY_TIME

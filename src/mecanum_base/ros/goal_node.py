@@ -4,6 +4,7 @@ Subscribes goal_pose, odom, obstacles, scan (and tf, tf_static); publishes cmd_v
 /diagnostics; service ~/cancel. Goals and obstacles may be in odom, base_link (fixed where they
 were when they came) or any frame that tf connects with these; others are refused by name. While
 odom is older than goal.odom_timeout the command is zero; at the goal it is zero once, then silent.
+Without simulated time durations come from a clock that nobody can set.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 from geometry_msgs.msg import PoseArray, PoseStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.publisher import Publisher
+from rclpy.timer import Timer
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger
 
@@ -30,6 +32,7 @@ from mecanum_base.ros.goal_health import goal_statuses
 from mecanum_base.ros.pursuit import Pursuit
 from mecanum_base.ros.qos import RELIABLE, SENSOR
 from mecanum_base.ros.robot_node import RobotNode
+from mecanum_base.ros.time_base import TimeBase
 from mecanum_base.ros.world_frames import WorldFrames
 
 _NOWHERE = np.zeros((0, 2))
@@ -45,6 +48,7 @@ class GoalNode(RobotNode):
         self.pursuit = Pursuit(GoalField(robot.goal))
         self.sources = {topic: Source(topic, topic)
                         for topic in ('odom', 'goal_pose', 'obstacles', 'scan')}
+        self.time_base = TimeBase(self)
         self._odom_ns = -1
         self._points = {'obstacles': _NOWHERE, 'scan': _NOWHERE}
         stamped = robot.drive.cmd_vel_type == 'twist_stamped'
@@ -58,7 +62,7 @@ class GoalNode(RobotNode):
                 (LaserScan, 'scan', self._on_scan, SENSOR)):
             self.create_subscription(message, topic, self._counted(topic, take), qos)
         self.create_service(Trigger, '~/cancel', self._on_cancel)
-        self.create_timer(1.0 / robot.goal.rate, self._on_timer)
+        self._timer = self._start_timer()
         self._diagnostics = Diagnostics(self, lambda: goal_statuses(self))
 
     @property
@@ -66,7 +70,7 @@ class GoalNode(RobotNode):
         """Seconds since odom was heard; infinite before the first."""
         if self._odom_ns < 0:
             return float('inf')
-        return abs(self.get_clock().now().nanoseconds - self._odom_ns) * 1e-9
+        return abs(self.time_base.now_ns() - self._odom_ns) * 1e-9
 
     @property
     def obstacles(self) -> FloatArray:
@@ -101,11 +105,14 @@ class GoalNode(RobotNode):
 
     def _on_odom(self, msg: Any) -> None:
         self.frames.base = messages.planar_pose(msg.pose.pose)
-        self._odom_ns = self.get_clock().now().nanoseconds
+        if self.time_base.switched():
+            self.destroy_timer(self._timer)
+            self._timer = self._start_timer()
+        self._odom_ns = self.time_base.now_ns()
 
     def _on_goal(self, msg: Any) -> None:
         frame, goal = messages.frame_of(msg), messages.planar_pose(msg.pose)
-        self.pursuit.start(frame, goal, self.frames, self.get_clock().now().nanoseconds)
+        self.pursuit.start(frame, goal, self.frames, self.time_base.now_ns())
         x, y, yaw = goal.tolist()
         self.get_logger().info(f'goal {x:.3f} m, {y:.3f} m, {yaw:.3f} rad in {frame}',
                                throttle_duration_sec=1.0)
@@ -129,11 +136,14 @@ class GoalNode(RobotNode):
             return
         fresh = self.odom_age <= self.robot.goal.odom_timeout
         before = self.pursuit.state
-        twist = self.pursuit.twist(self.frames, self.obstacles, fresh,
-                                   self.get_clock().now().nanoseconds)
+        twist = self.pursuit.twist(self.frames, self.obstacles, fresh, self.time_base.now_ns())
         self._send(twist)
         if self.pursuit.state != before:
             self.get_logger().info(self.pursuit.state)
+
+    def _start_timer(self) -> Timer:
+        return self.create_timer(1.0 / self.robot.goal.rate, self._on_timer,
+                                 clock=self.time_base.clock)
 
     def _send(self, twist: FloatArray) -> None:
         if self._stamped:

@@ -71,7 +71,7 @@ class Pursuit:
 
     def _lead(self, origin: FloatArray, now_ns: int) -> FloatArray | None:
         """Velocity (3,) of a moving goal in odom, where it is to be fed forward."""
-        recent = (now_ns - self._goal_ns) * 1e-9 < MOVING_GOAL
+        recent = 0.0 <= (now_ns - self._goal_ns) * 1e-9 < MOVING_GOAL  # < 0: clock jumped back
         if not self.field.config.feed_forward or not recent or not np.any(self._velocity):
             return None
         turned = se2.rotation(float(origin[2])) @ self._velocity[:2]
@@ -82,7 +82,7 @@ class Pursuit:
                 self.distance <= self.field.config.position_tolerance):
             self._standing_since = None
             return False
-        if self._standing_since is None:
+        if self._standing_since is None or now_ns < self._standing_since:
             self._standing_since = now_ns
         return (now_ns - self._standing_since) * 1e-9 > STUCK_TIME
 
