@@ -1,11 +1,13 @@
 """Each finding of `mecanum analyze`, on recordings made to show it (and not without it)."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from mecanum_base.bag.analysis.analyze import Options, analyze
+from mecanum_base.bag.analysis.estimate import slip_findings
 from mecanum_base.bag.analysis.fleet import analyze_all, failed
 
 MS = 1_000_000
@@ -77,6 +79,43 @@ def test_gaps_are_counted_with_their_place(tmp_path, make):
     assert found['gaps']['severity'] == 'warning'
     start, end = found['gaps']['spans'][0]
     assert start == pytest.approx(5.0, abs=0.03) and end == pytest.approx(5.5, abs=0.03)
+
+
+def test_a_burst_of_ticks_is_late_not_missing(tmp_path, make):
+    entries = [(t, s if not 2.0 < (s - make.T0) / 1e9 < 2.4 or t != '/wheel_ticks'
+                else make.T0 + 2400 * MS + k, m) for k, (t, s, m) in enumerate(make.drive(5.0))]
+    found, _ = codes(tmp_path, make, entries)
+    assert found['gaps']['topic'] == '/wheel_ticks'
+    assert 'the others only came late' in found['gaps']['evidence']
+    assert found['gaps']['numbers']['share'] < 0.01
+
+
+def test_noisy_wheel_speeds_are_held_against_one_count(tmp_path, make):
+    generator = np.random.default_rng(2)
+    entries = [(t, s, make.joint_state(s, np.array(m.position) + 0.1 * generator.normal(size=4))
+                if t == '/joint_states' else m) for t, s, m in make.drive(4.0)]
+    found, _ = codes(tmp_path, make, entries)
+    # 2 pi / 4096 counts / 0.02 s; differences of white noise of 0.1 rad over 0.02 s: 7 rad/s
+    assert found['encoder_noise']['numbers']['one_count'] == pytest.approx(0.0767, abs=0.001)
+    assert 4.0 < found['encoder_noise']['numbers']['sigma'] < 15.0
+
+
+def test_a_poor_reference_neither_confirms_nor_denies_the_scales(tmp_path, make):
+    generator = np.random.default_rng(3)
+    entries = [(t, s, make.odometry(s, 0.3 * generator.normal(size=3))
+                if t == '/ground_truth/odom' else m) for t, s, m in spin(make, truth_scale=1.0)]
+    found, _ = codes(tmp_path, make, entries)
+    assert 'scales_unclear' in found and 'scales_agree' not in found
+
+
+def test_doubt_from_start_to_end_is_no_slip_episode():
+    episode = {'wheels': ['a'], 'start': 0.5, 'end': 9.5, 'slip_distance': 1.0, 'kind': 'all',
+               'probability': 1.0}
+    found = SimpleNamespace(episodes=(episode,), seconds=10.0, path=2.0,
+                            health=SimpleNamespace(imu='gyro'))
+    assert [f.code for f in slip_findings(found, 0, True)] == ['wheels_doubted']
+    found.seconds = 60.0
+    assert [f.code for f in slip_findings(found, 0, True)] == ['slip']
 
 
 def test_stamps_that_step_back_and_repeat_are_found(tmp_path, make):

@@ -146,7 +146,8 @@ def _sensor_findings(encoder: Series | None, imu: Series | None, motion: WheelMo
             'name the topic with --encoder-topic, and check the joint names of the robot file'))
     else:
         top = robot.base.max_speed if robot and isinstance(robot.base, Wheels) else None
-        found += encoder_findings(encoder.channel.topic, motion, top)
+        counts = robot.encoder.for_wheels(robot.base.count)[0] if robot else None
+        found += encoder_findings(encoder.channel.topic, motion, top, counts)
     if imu is None or gyro is None:
         found.append(Finding('note', 'no_imu', 'there is no IMU', 'no sensor_msgs/Imu topic',
                              'yaw and slip come from the wheels alone'))

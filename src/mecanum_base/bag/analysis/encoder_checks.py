@@ -12,13 +12,13 @@ _STUCK = 1.0  # s
 _NOISY = 2.0  # rad/s from sample to sample
 
 
-def encoder_findings(topic: str, motion: WheelMotion,
-                     max_speed: FloatArray | None = None) -> list[Finding]:
-    """What the wheel angles tell without any geometry."""
+def encoder_findings(topic: str, motion: WheelMotion, max_speed: FloatArray | None = None,
+                     counts: FloatArray | None = None) -> list[Finding]:
+    """What the wheel angles tell without any geometry; ``counts`` (W,) a turn, if known."""
     seconds, rate = motion.rates()
     found = _jumps(topic, motion, seconds, rate, max_speed)
     found += _stuck(topic, motion)
-    found += _noise(topic, motion, rate)
+    found += _noise(topic, motion, rate, counts)
     travel = np.ptp(motion.angle, axis=0)
     if travel.max() < 0.05:
         found.append(Finding('note', 'no_motion', 'the wheels hardly move',
@@ -83,23 +83,26 @@ def _stuck(topic: str, motion: WheelMotion) -> list[Finding]:
     return result
 
 
-def _noise(topic: str, motion: WheelMotion, rate: FloatArray) -> list[Finding]:
+def _noise(topic: str, motion: WheelMotion, rate: FloatArray,
+           counts: FloatArray | None) -> list[Finding]:
     usable = rate[np.isfinite(rate).all(axis=1)]
     if len(usable) < 20:
         return []
     rough = np.sqrt(np.median((usable[2:] - 2 * usable[1:-1] + usable[:-2]) ** 2, axis=0) / 6.0
                     / 0.4549)  # white noise of that sigma has this median square
-    step = np.abs(np.diff(motion.angle, axis=0))
-    count = np.array([np.min(column[column > 0.0], initial=np.inf) for column in step.T])
     speed = np.sqrt(np.mean(usable**2, axis=0))
     worst = int(np.argmax(rough))
     if rough[worst] < _NOISY or rough[worst] < 0.2 * speed[worst]:
         return []
     period = float(np.median(np.diff(motion.seconds)))
+    numbers = {'sigma': float(rough[worst])}
+    shown = ''
+    if counts is not None:
+        numbers['one_count'] = 2.0 * np.pi / float(counts[worst]) / period
+        shown = f'; one count a period is {numbers["one_count"]:.2g} rad/s'
     return [Finding(
         'warning', 'encoder_noise', 'wheel speeds are noisy',
         f'{motion.joints[worst]} changes by {rough[worst]:.1f} rad/s (standard deviation) from '
-        f'sample to sample at {speed[worst]:.1f} rad/s rms; one count is '
-        f'{count[worst] / period:.2f} rad/s', 'only sums over time are useful: coarse encoder, '
-        'vibration or stamps that do not belong to the counts', topic,
-        numbers={'sigma': float(rough[worst]), 'one_count': float(count[worst] / period)})]
+        f'sample to sample at {speed[worst]:.1f} rad/s rms{shown}',
+        'only sums over time are useful: coarse encoder, vibration or stamps that do not belong '
+        'to the counts', topic, numbers=numbers)]

@@ -17,6 +17,7 @@ from mecanum_base.core.parameter import FloatArray, IntArray
 from mecanum_base.core.records import Estimate
 from mecanum_base.robot import Robot
 
+_ALWAYS = 0.7  # of the time: no episode any more
 _LOST = 0.05  # m of slip in one episode worth a warning
 
 
@@ -64,6 +65,11 @@ class EstimatedTrack:
         """Stamps (N,)."""
         return self.track.stamp_ns
 
+    @property
+    def seconds(self) -> float:
+        """Time from the first to the last estimate."""
+        return float(self.stamp_ns[-1] - self.stamp_ns[0]) / 1e9
+
 
 def estimated(paths: list[str], robot: Robot, topics: Topics,
               step: Callable[[float, float], None] | None = None) -> EstimatedTrack | None:
@@ -94,6 +100,14 @@ def slip_findings(found: EstimatedTrack, origin_ns: int, redundant: bool) -> lis
     if not found.episodes:
         return [Finding('note', 'no_slip', 'no slip was found',
                         f'over {found.path:.1f} m of way', 'nothing to do')]
+    longest = max(float(e['end'] - e['start']) for e in found.episodes)
+    if longest > _ALWAYS * found.seconds:
+        return [Finding(
+            'warning', 'wheels_doubted', 'wheels and IMU disagree nearly all the time',
+            f'the estimator doubts the wheels for {longest:.1f} of {found.seconds:.1f} s in one '
+            'go: a wrong constant, noisy wheel speeds or wheels that spin freely, rather than '
+            'an episode of slip', 'look at the findings on noise, yaw and scales; `mecanum '
+            'doctor` looks for wiring faults', numbers={'seconds': longest})]
     lost: dict[str, float] = {}
     for episode in found.episodes:
         for wheel in episode['wheels']:

@@ -32,6 +32,8 @@ def yaw_findings(topic: str, motion: WheelMotion, gyro: Gyro,
                'turned': found.turned}
     shown = (f'the wheels explain {100 * found.fit:.1f} % of the gyro over '
              f'{math.degrees(found.turned):.0f} deg of turning')
+    if row is not None:
+        shown += f'; over the whole recording {_totals(motion, gyro, row)}'
     if found.fit < 0.6:
         return [Finding('warning', 'yaw_disagrees', 'wheels and gyro do not tell the same turn',
                         shown, 'wrong geometry, heavy slip, noise or a frozen sensor: '
@@ -62,6 +64,13 @@ def yaw_findings(topic: str, motion: WheelMotion, gyro: Gyro,
                                   f'gyro = {found.scale:.3f} +- {found.scale_sigma:.3f} x wheels; '
                                   f'{shown}', 'nothing to do', topic, numbers=numbers))
     return result, found
+
+
+def _totals(motion: WheelMotion, gyro: Gyro, row: FloatArray) -> str:
+    """What both turned from start to end."""
+    wheels = math.degrees(float((motion.angle[-1] - motion.angle[0]) @ row))
+    return (f'wheels {wheels:+.0f} deg, gyro with its bias '
+            f'{math.degrees(float(yaw_integral(gyro)[-1])):+.0f} deg')
 
 
 def free_wheels(topic: str, motion: WheelMotion, gyro: Gyro,

@@ -107,14 +107,18 @@ def _gaps(recording: Recording, topic: str, series: Series) -> list[Finding]:
     if not wide.any():
         return []
     begin = (stamps[:-1][wide] - _stamp_origin(recording, series)) / 1e9
-    missing = float((step[wide] / usual - 1.0).sum())
+    # what came late is not missing: the whole time holds that many periods and no more
+    owed = max(0.0, float(stamps[-1] - stamps[0]) / 1e9 / usual - (len(series) - 1))
+    late = float((step[wide] / usual - 1.0).sum())
+    missing = min(late, owed)
     share = missing / (len(series) + missing)
     severe = step[wide].max() > _LONG_GAP or share > 0.02
     return [Finding(
         'warning' if severe else 'note', 'gaps', f'{topic} has gaps',
         f'{int(wide.sum())} gaps of {step[wide].min() * 1e3:.0f} to {step[wide].max() * 1e3:.0f} '
         f'ms at a period of {usual * 1e3:.1f} ms; about {missing:.0f} messages '
-        f'({100 * share:.1f} %) are missing',
+        f'({100 * share:.1f} %) are missing' + (
+            ', the others only came late' if missing < 0.5 * late else ''),
         'look for a busy computer, a full queue or a serial line at its limit', topic,
         tuple((float(b), float(b + s)) for b, s in zip(begin[:40], step[wide][:40])),
         {'count': float(wide.sum()), 'largest': float(step[wide].max()), 'share': share})]

@@ -17,6 +17,8 @@ from mecanum_base.core.parameter import FloatArray
 _NAMES = ('ground_truth', 'groundtruth', 'truth', 'mocap', 'optitrack', 'vicon', 'vrpn',
           'qualisys', 'gt_pose', 'laser_tracker')
 _WINDOW = 0.5  # s
+_SCALE_OFF = 0.01
+_UNCLEAR = 0.06  # three standard deviations of a scale that says nothing
 
 
 def truth_series(recording: Recording, topic: str | None) -> Series | None:
@@ -80,15 +82,18 @@ def scale_findings(motion: WheelMotion, matrix: FloatArray, truth: Track) -> lis
     scale = axis_scales(motion, matrix, truth)
     if scale is None:
         return []
-    off = {name: (value, sigma) for name, (value, sigma) in scale.items()
-           if abs(value - 1.0) > max(0.02, 3.0 * sigma) and sigma < 0.05}
+    off = {name: value for name, (value, sigma) in scale.items()
+           if abs(value - 1.0) > max(_SCALE_OFF, 3.0 * sigma)}
     numbers = {name: value for name, (value, _) in scale.items()}
     shown = ', '.join(f'{name}: truth = {value:.3f} +- {sigma:.3f} x wheels'
                       for name, (value, sigma) in scale.items())
+    if not off and any(3.0 * sigma > _UNCLEAR for _, sigma in scale.values()):
+        return [Finding('note', 'scales_unclear', 'distances of wheels and truth hardly compare',
+                        shown, 'a longer drive or a better reference would tell', numbers=numbers)]
     if not off:
         return [Finding('note', 'scales_agree', 'the wheels measure distances as the truth does',
                         shown, 'nothing to do', numbers=numbers)]
-    large = any(abs(value - 1.0) > 0.15 for value, _ in off.values())
+    large = any(abs(value - 1.0) > 0.15 for value in off.values())
     return [Finding(
         'warning', 'scales_off', 'the wheels measure other distances than the truth', shown,
         '`mecanum calibrate` fits radius, lateral scale and lever arm'
