@@ -37,7 +37,7 @@ setup(
     extras_require={
         'ros': ['ros-jazzy-rclpy[fastrtps]==7.1.6', 'ros-jazzy-common-interfaces==5.3.6'],
         'report': ['matplotlib>=3.6', 'plotly>=5.15', 'Jinja2>=3.0'],
-        'fast': ['numba>=0.58'],
+        'fast': ['numba>=0.58', 'scipy>=1.9'],  # numba takes BLAS from scipy
         'fleet': ['dask[distributed]>=2023.5'],
         'parquet': ['pyarrow>=12'],
         'mesh': ['trimesh>=3.20'],

@@ -20,7 +20,12 @@ class Progress:
         self._stream = stream or sys.stderr
         self._shown = self._stream.isatty()
         self._begin = time.monotonic()
+        self._before = 0.0
         self._next = self._begin + _PERIOD
+
+    def mark(self, share: float) -> None:
+        """What is done so far (``share``) says nothing of the rest: remaining time from here."""
+        self._begin, self._before = time.monotonic(), share
 
     def update(self, share: float, rate: str = '') -> None:
         """``share`` 0..1 of the work is done; ``rate`` is shown as given."""
@@ -29,7 +34,8 @@ class Progress:
             return
         self._next = now + _PERIOD
         share = min(max(share, 0.0), 1.0)
-        left = (now - self._begin) * (1.0 - share) / share if share > 0.0 else 0.0
+        done = share - self._before
+        left = (now - self._begin) * (1.0 - share) / done if done > 0.0 else 0.0
         bar = '#' * int(_WIDTH * share)
         self._stream.write(f'\r{self._title} [{bar:<{_WIDTH}}] {share:4.0%}  {rate}  '
                            f'{left:4.0f} s left\x1b[K')

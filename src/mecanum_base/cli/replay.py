@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import atexit
+import contextlib
+import gc
+import importlib.util
+import os
 import pathlib
 import sys
 import time
@@ -10,6 +15,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from mecanum_base.bag.export import BagExport
+
+_LONG = 15.0  # s of work that are worth a hint
 
 HELP = 'run the estimator of the odometry node over a recorded bag; writes tracks and a summary'
 EXAMPLE = 'mecanum replay run.mcap --robot config/mecanum4.yaml --out result'
@@ -37,18 +44,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Replay, write the files, print what was found."""
+    # Modules and compiled code stay till the end: searching them for rubbish costs half a second
+    gc.disable()
+    atexit.register(gc.freeze)
+    try:
+        return _replay(options)
+    finally:
+        gc.enable()
+
+
+def _replay(options: argparse.Namespace) -> int:
     from mecanum_base.bag.replay import Sink, replay_into
     from mecanum_base.bag.summary import summary_of, write_json
     from mecanum_base.bag.topics import Topics
     from mecanum_base.bag.track import TrackWriter
     from mecanum_base.cli.progress import Progress
+    from mecanum_base.core.estimation.acceleration import COMPILED
     from mecanum_base.robot_file import load_robot
     robot = load_robot(options.robot)
     topics = Topics.of(robot, options.encoder_topic, options.imu_topic,
                        not options.no_imu)
     if options.parquet:
         import pyarrow.parquet  # noqa: F401  fail before the work, not after it
-    begin = time.perf_counter()
     out = pathlib.Path(options.out)
     exports: list[BagExport] = []
 
@@ -60,9 +77,24 @@ def run(options: argparse.Namespace) -> int:
         exports.append(BagExport(out / 'bag', robot, track))
         return exports[0]
 
-    with Progress('replay') as progress:
+    with contextlib.ExitStack() as stack:
+        if COMPILED:
+            from mecanum_base.cli.compiling import CompileNotice
+            notice = stack.enter_context(CompileNotice('mecanum replay'))
+        progress = stack.enter_context(Progress('replay'))
+        begin: tuple[float, float] | None = None
+
         def step(share: float, seconds: float) -> None:
-            rate = seconds / max(time.perf_counter() - begin, 1e-9)
+            nonlocal begin
+            now = time.perf_counter()
+            if begin is None:  # loading and compiling are over
+                begin = now, seconds
+                progress.mark(share)
+                gc.enable()
+                if COMPILED:
+                    notice.end()
+                return
+            rate = (seconds - begin[1]) / max(now - begin[0], 1e-9)
             progress.update(share, f'{rate:.0f} x real time')
         done = replay_into(options.bag, robot, sink, topics, step)
     summary = summary_of(done, topics, options.robot)
@@ -87,4 +119,19 @@ def run(options: argparse.Namespace) -> int:
           f'yaw {pose[2]:.3f} rad; {len(summary["slip_episodes"])} slip episodes; '
           f'{summary["run"]["times_real_time"]:.0f} times real time')
     print(f'written to {options.out}')
+    if not COMPILED:
+        _advise(done.wall_seconds)
     return 0
+
+
+def _advise(seconds: float) -> None:
+    """How to be faster next time: asked for in vain always, else on terminals after long waits."""
+    asked = os.environ.get('MECANUM_BASE_FAST') == '1'
+    there = all(importlib.util.find_spec(name) is not None for name in ('numba', 'scipy'))
+    install = '' if there else "pip install 'mecanum_base[fast]', then "
+    if asked and not there:
+        print("mecanum replay: MECANUM_BASE_FAST=1 has no effect: numba is not installed; pip "
+              "install 'mecanum_base[fast]'", file=sys.stderr)
+    elif not asked and seconds > _LONG and sys.stderr.isatty():
+        print(f'hint: {install}MECANUM_BASE_FAST=1 mecanum replay ... is about ten times faster '
+              '(its first run compiles for some minutes)', file=sys.stderr)
