@@ -29,15 +29,17 @@ _SLIP = ('slip/twist', 'slip/wheels', 'slip/probability', 'slip/ratio')
 _SENSORS = ('joint_states', 'wheel_ticks', 'imu/data_raw')
 _ODOMETRY = ('odom', '/tf', *_SLIP, 'odometry_reset')
 _TRUTH = ('ground_truth/odom', 'ground_truth/slip')
+_TRANSFORMS = ('/tf', '/tf_static')
 
 NODES = {
-    'drive_node': NodeInterface(('cmd_vel', 'joint_states'),
+    'drive_node': NodeInterface(('cmd_vel', 'joint_states'),  # hinge angles of carriers
                                 ('wheel_commands', 'cmd_vel_limited'), ('~/enable',)),
-    'odometry_node': NodeInterface((*_SENSORS, 'set_pose', 'wheel_commands', '/tf_static'),
-                                   _ODOMETRY, ('~/reset',)),
-    'sim_node': NodeInterface(('wheel_commands',), (*_SENSORS, *_TRUTH, '/clock', '/tf'),
-                              ('~/reset',)),
-    'goal_node': NodeInterface(('goal_pose', 'odom', 'obstacles', 'scan', '/tf'), ('cmd_vel',)),
+    'odometry_node': NodeInterface((*_SENSORS, 'set_pose', '/tf_static'),
+                                   (*_ODOMETRY, 'slip/markers'), ('~/reset',)),
+    'sim_node': NodeInterface(('wheel_commands',), (*_SENSORS, *_TRUTH, '/clock'),
+                              ('~/reset', '~/fault')),
+    'goal_node': NodeInterface(('goal_pose', 'odom', 'obstacles', 'scan', *_TRANSFORMS),
+                               ('cmd_vel',), ('~/cancel',)),
     'record_node': NodeInterface(
         ('cmd_vel', 'cmd_vel_limited', 'wheel_commands', *_SENSORS, 'set_pose', *_ODOMETRY,
          '/tf_static', *_TRUTH, 'goal_pose', 'obstacles', 'scan', '/diagnostics', '/clock')),
