@@ -29,7 +29,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Coroutine, Iterator, Mapping
+from collections.abc import Callable, Coroutine, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
@@ -80,13 +80,20 @@ class Script:
 
     def add(self, make: Callable[..., AnyNode], *arguments: Any, robot: RobotSource | None = None,
             parameters: Mapping[str, Any] | None = None, stepped: bool = True,
-            name: str | None = None, **options: Any) -> AnyNode:
+            name: str | None = None, words: Sequence[str] | None = None,
+            **options: Any) -> AnyNode:
         """Make a node in this script's context and take it over.
 
         ``robot`` is a robot file or a mapping for nodes that read one, ``parameters`` are further
         overrides by full name. A ``stepped`` node runs on this script's clock; pass False for a
         node that is the clock itself. ``name`` and ``options`` go to the node's constructor.
+        With ``words`` (as on a command line: ``['--ros-args', '--params-file', ...]``) these say
+        everything, use_sim_time included, and this script's clock is not imposed.
         """
+        if words is not None:
+            if robot is not None or parameters is not None:
+                raise ValueError('words say everything: give neither robot nor parameters')
+            return self._take_over(make(context=self.context, cli_args=list(words), **options))
         given = {item.name: item for item in ([] if robot is None else overrides(robot))}
         more: dict[str, Any] = {'use_sim_time': stepped}
         if robot is not None and stepped:  # a script may stand still for as long as it likes
@@ -95,13 +102,16 @@ class Script:
         given.update({item.name: item for item in overrides(more)})
         if name is not None:
             arguments = (name, *arguments)
-        node = make(*arguments, context=self.context,
-                    parameter_overrides=list(given.values()), **options)
-        self._nodes.append(node)
-        self.executor.add_node(node)
+        node = self._take_over(make(*arguments, context=self.context,
+                                    parameter_overrides=list(given.values()), **options))
         if stepped:
             self._stepped.append(node)
             self._set_clock(node)
+        return node
+
+    def _take_over(self, node: AnyNode) -> AnyNode:
+        self._nodes.append(node)
+        self.executor.add_node(node)
         return node
 
     def remove(self, node: Node) -> None:
