@@ -164,6 +164,9 @@ def test_a_topic_of_the_wrong_type_is_named(tmp_path, make):
             Topics.of(robot, encoder='/imu/data_raw'))
 
 
+SPREAD = ('shuffled', 'everything', 'clock goes back')  # something odd in most of the chunks
+
+
 def odd(make, kind):
     """Entries with something out of the ordinary in the middle of plain driving."""
     entries = [e for e in make.drive(6.0) if e[0] != '/wheel_ticks']
@@ -197,14 +200,33 @@ def odd(make, kind):
                           for t, s, m in entries), key=lambda e: e[1])
     elif kind == 'set pose':
         entries.insert(middle, ('/set_pose', log, make.set_pose(log, (3, 4, 1.0))))
+    elif kind == 'everything':
+        generator = np.random.default_rng(2)
+        for index in range(50, len(entries)):
+            topic, log, msg = entries[index]
+            chance = generator.random()
+            if chance < 0.02:  # comes later than anything waits for it
+                entries[index] = (topic, log + 60_000_000, msg)
+            elif chance < 0.025:
+                entries[index] = (topic, log, make.imu(log + 10**12))
+            elif chance < 0.03:
+                entries[index] = ('/joint_states', log, make.joint_state(
+                    log, [1.0, 2.0], make.WHEELS[:2]))
+            elif chance < 0.035:
+                entries[index] = (topic, log, make.imu(log, (0, 0, 1e9), (1e9, 0, 0)))
+            elif chance < 0.04:
+                entries[index] = ('/set_pose', log, make.set_pose(log, (3, 4, 1.0)))
+            elif chance < 0.045:
+                entries[index] = (topic, log, (msg.__msgtype__, b'\0\1'))
+        entries.sort(key=lambda e: e[1])
     return entries
 
 
 @pytest.mark.parametrize('kind', [
     'plain', 'late stamp', 'far stamp', 'jump', 'missing wheel', 'silence', 'long silence',
-    'wild gyro', 'clock goes back', 'shuffled', 'set pose'])
+    'wild gyro', 'clock goes back', 'shuffled', 'set pose', 'everything'])
 def test_columns_and_single_samples_give_the_same_bytes(tmp_path, make, monkeypatch, kind):
-    import mecanum_base.bag.replay as module
+    import mecanum_base.bag.portion as module
     path = make.write_mcap(tmp_path / 'a.mcap', odd(make, kind), chunk_size=20_000)
     taken = []
 
@@ -214,8 +236,10 @@ def test_columns_and_single_samples_give_the_same_bytes(tmp_path, make, monkeypa
 
     original = module.take
     monkeypatch.setattr(module, 'take', counted)
+    monkeypatch.setattr(module, 'SIZE', 300)  # several chunks of 60 messages
     fast = run(path, tmp_path / 'fast')
-    assert any(rows is not None for rows in taken)
+    by_columns = sum(len(rows.stamp_ns) for rows in taken if rows is not None)
+    assert by_columns > fast.course.rows * (0.5 if kind in SPREAD else 0.75)
     monkeypatch.setattr(module, 'take', lambda *arguments: None)
     slow = run(path, tmp_path / 'slow')
     for name in ('track.csv', 'slip.csv', 'odometry.tum'):

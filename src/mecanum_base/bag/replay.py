@@ -11,7 +11,7 @@ import functools
 import math
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -19,19 +19,19 @@ import numpy as np
 
 from mecanum_base.bag.ahead import Ahead, Behind
 from mecanum_base.bag.block import NANOSECONDS
+from mecanum_base.bag.portion import feed, portions
 from mecanum_base.bag.reader import Bag
-from mecanum_base.bag.stream import Batch, SampleReader, joined_stretch
+from mecanum_base.bag.stream import SampleReader
 from mecanum_base.bag.topics import STREAMS, Topics, advice
 from mecanum_base.bag.track import TrackWriter
 from mecanum_base.core.errors import BagError
-from mecanum_base.core.estimation.acceleration import COMPILED
 from mecanum_base.core.estimation.output import TWIST
-from mecanum_base.core.estimation.stretch import Rows, Stretch, take
+from mecanum_base.core.estimation.stretch import Rows
 from mecanum_base.core.records import Estimate
 from mecanum_base.intake import Intake
 from mecanum_base.robot import Robot
 
-_PORTION = 16384 if COMPILED else 1  # inputs at least in a portion: calls cost less, waits more
+_GATHERED = 256  # single estimates handed over at once
 Step = Callable[[float, float], None]  # share of the bytes read, seconds of data done
 
 
@@ -101,20 +101,6 @@ class Sink(Protocol):
         """No more estimates come."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Portion:
-    """Consecutive blocks of the recording; ``share`` (0..1) of the bytes is read with them.
-
-    ``columns`` holds the inputs of all batches where all is plain.
-    """
-
-    batches: tuple[Batch, ...]
-    columns: Stretch | None
-    rejected: tuple[tuple[str, str], ...]
-    share: float
-    last: bool
-
-
 def replay(paths: list[str], robot: Robot, out: str | os.PathLike[str], topics: Topics,
            step: Step | None = None) -> Replayed:
     """Replay the recording ``paths`` into files in the folder ``out``; see :func:`replay_into`."""
@@ -137,42 +123,21 @@ def replay_into(paths: list[str], robot: Robot, sink: Callable[[], Sink], topics
         course = Course()
         output: _Output | None = None
         try:
-            with Ahead(_portions(bag, reader, topics, rejected)) as portions:
-                for portion in portions:
-                    for stream, reason in portion.rejected:
-                        intake.estimator.reject(stream, reason)
+            with Ahead(portions(bag, reader, topics, rejected)) as read:
+                for portion in read:
                     if output is None:
                         output = _Output(sink())
-                    _feed(portion, intake, output, course)
+                    for found in feed(portion, intake):
+                        output.take(found, course)
                     if step is not None:
                         step(portion.share, course.seconds)
             require_encoder(bag, reader, topics)
             if output is not None:
-                output.take(list(intake.flush()), course)
+                output.take(intake.flush(), course)
         finally:
             if output is not None:
                 output.close()
         return Replayed(bag, reader, intake, course, time.perf_counter() - begin)
-
-
-def _portions(bag: Bag, reader: SampleReader, topics: Topics,
-              rejected: list[tuple[str, str]]) -> Iterator[_Portion]:
-    """The inputs in portions worth a call of the estimator; the last one is marked."""
-
-    def portion(last: bool) -> _Portion:
-        whole = _Portion(tuple(held), joined_stretch([one.stretch() for one in held]),
-                         tuple(rejected), bag.read_bytes / max(bag.piece_bytes, 1), last)
-        held.clear()
-        rejected.clear()
-        return whole
-
-    held: list[Batch] = []
-    for block in bag.blocks(lambda channel: topics.stream(channel) is not None):
-        if sum(len(one.stream) for one in held) >= _PORTION:
-            yield portion(False)
-        held.append(reader.batch(block))
-    if held:
-        yield portion(True)
 
 
 class _Output:
@@ -180,30 +145,42 @@ class _Output:
 
     def __init__(self, sink: Sink) -> None:
         self._sink, self._behind = sink, Behind()
+        self._held: list[Estimate] = []
 
-    def take(self, estimates: list[Estimate], course: Course) -> None:
-        """Take estimates one by one."""
+    def take(self, found: Rows | tuple[Estimate, ...], course: Course) -> None:
+        """Take estimates, as rows or one by one."""
+        estimates: tuple[Estimate, ...] = ()
+        if not isinstance(found, Rows):
+            estimates = found
+        elif isinstance(self._sink, TrackWriter):
+            self._flush()
+            self._behind.do(functools.partial(
+                self._sink.write_rows, found.stamp_ns, found.track(), found.slip(),
+                found.predicted))
+            course.add_rows(found)
+            estimates = found.rest
+        else:
+            estimates = found.estimates()
         for estimate in estimates:
             course.add(estimate)
-        if estimates:
-            self._behind.do(functools.partial(_write, self._sink, estimates))
+        self._held += estimates
+        if len(self._held) >= _GATHERED:
+            self._flush()
 
-    def take_rows(self, rows: Rows, course: Course) -> None:
-        """Take a stretch of estimates at once."""
-        if isinstance(self._sink, TrackWriter):
-            self._behind.do(functools.partial(
-                self._sink.write_rows, rows.stamp_ns, rows.track(), rows.slip(), rows.predicted))
-            course.add_rows(rows)
-            self.take(list(rows.rest), course)
-        else:
-            self.take(list(rows.estimates()), course)
+    def _flush(self) -> None:
+        if self._held:
+            self._behind.do(functools.partial(_write, self._sink, self._held))
+            self._held = []
 
     def close(self) -> None:
         """Everything is written; raises what went wrong."""
         try:
-            self._behind.close()
+            self._flush()
         finally:
-            self._sink.close()
+            try:
+                self._behind.close()
+            finally:
+                self._sink.close()
 
 
 def _write(sink: Sink, estimates: list[Estimate]) -> None:
@@ -228,22 +205,6 @@ def absent_streams(bag: Bag, topics: Topics) -> list[str]:
     heard = {topics.stream(channel) for channel, count in bag.counts.items() if count}
     return [advice(name, wanted, bag.counts) for name in STREAMS
             if name == 'imu' and (wanted := getattr(topics, name)) and name not in heard]
-
-
-def _feed(portion: _Portion, intake: Intake, output: _Output, course: Course) -> None:
-    """Hand a portion to the intake: at once where all is plain, else batch by batch."""
-    if portion.columns is not None and intake.direct:
-        rows = take(intake.estimator, portion.columns, portion.last)
-        if rows is not None:
-            output.take_rows(rows, course)
-            return
-    for batch in portion.batches:
-        columns = batch.stretch() if intake.direct and len(portion.batches) > 1 else None
-        rows = None if columns is None else take(intake.estimator, columns, False)
-        if rows is not None:
-            output.take_rows(rows, course)
-        else:
-            output.take([one for some in batch.feed(intake) for one in some], course)
 
 
 def _speed(estimate: Estimate) -> float:

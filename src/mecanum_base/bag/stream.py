@@ -6,6 +6,7 @@ stay messages, which the intake converts as it does in the live node.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -35,9 +36,10 @@ NAMES = ('joint_states', 'wheel_ticks', 'imu', 'set_pose', 'odometry_reset', 'tf
 _RARE = {POSE: SET_POSE, HEADER: RESET, TF: MOUNT}
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(eq=False)
 class Batch:
-    """All inputs of one block: ``readings`` by stream number, rare messages as they are.
+    """All inputs of a stretch of a recording: ``readings`` by stream number, rare messages as
+    they are.
 
     ``stream`` and ``index`` (N,) give the log order: item k is row ``index[k]`` of
     ``readings[stream[k]]``, or the message ``rare[index[k]]``.
@@ -48,24 +50,51 @@ class Batch:
     readings: dict[int, Readings]
     rare: list[Any] = field(default_factory=list)
 
+    def __len__(self) -> int:
+        return len(self.stream)
+
+    def part(self, start: int, stop: int) -> Batch:
+        """Items ``start`` to ``stop`` over the same readings."""
+        return Batch(self.stream[start:stop], self.index[start:stop], self.readings, self.rare)
+
+    @functools.cached_property
+    def stamp_ns(self) -> IntArray:
+        """Stamp of each item (N,); the smallest number for a rare message."""
+        stamp = np.full(len(self), np.iinfo(np.int64).min)
+        for code, part in self.readings.items():
+            chosen = self.stream == code
+            stamp[chosen] = part.stamp_ns[self.index[chosen]]
+        return stamp
+
+    @functools.cached_property
+    def care(self) -> Any:
+        """Which items (N,) are rare messages or wheel readings without every position."""
+        care = self.stream >= SET_POSE
+        if JOINTS in self.readings:
+            chosen = np.flatnonzero(self.stream == JOINTS)
+            position = self.readings[JOINTS].values['position'][self.index[chosen]]
+            care[chosen] = ~np.isfinite(position).all(axis=1)
+        return care
+
     def stretch(self) -> Stretch | None:
         """The same as columns; None where there is more than one encoder topic, anything rare, or
-        a message without positions."""
+        no encoder at all."""
         two = JOINTS in self.readings and TICKS in self.readings
-        if two or len(self.stream) == 0 or self.stream.max() >= SET_POSE:
+        ticks = TICKS in self.readings
+        code = TICKS if ticks else JOINTS
+        if two or code not in self.readings or self.stream.max(initial=0) >= SET_POSE:
             return None
-        imu, ticks = self.readings.get(IMU), TICKS in self.readings
-        frame = self.readings.get(TICKS if ticks else JOINTS)
-        angle = (np.zeros((0, 0)) if frame is None
-                 else frame.values['counts' if ticks else 'position'])
-        if frame is None or not len(frame.row):
-            return None
-        empty = np.zeros((0, 3))
+        is_imu, is_frame = self.stream == IMU, self.stream == code
+        of_imu, of_frame = self.index[is_imu], self.index[is_frame]
+        frame, imu = self.readings[code], self.readings.get(IMU)
+        none = np.zeros((0, 3))
         return Stretch(
-            np.where(self.stream == IMU, IMU_KIND, FRAME_KIND), self.index,
-            np.zeros(0, dtype=np.int64) if imu is None else imu.stamp_ns,
-            empty if imu is None else imu.values['gyro'],
-            empty if imu is None else imu.values['accel'], frame.stamp_ns, angle, ticks)
+            np.where(is_imu, IMU_KIND, FRAME_KIND),
+            np.where(is_imu, np.cumsum(is_imu), np.cumsum(is_frame)) - 1,
+            np.zeros(0, dtype=np.int64) if imu is None else imu.stamp_ns[of_imu],
+            none if imu is None else imu.values['gyro'][of_imu],
+            none if imu is None else imu.values['accel'][of_imu], frame.stamp_ns[of_frame],
+            frame.values['counts' if ticks else 'position'][of_frame], ticks)
 
     def feed(self, intake: Intake) -> Iterator[Estimates]:
         """Hand everything to the intake, in log order; yields what becomes due."""
@@ -161,24 +190,23 @@ class SampleReader:
         return np.array(kept, dtype=np.int64)
 
 
-def joined_stretch(parts: list[Stretch | None]) -> Stretch | None:
-    """The columns of consecutive batches as one; None where one of them has none."""
-    known = [part for part in parts if part is not None]
-    if len(known) < len(parts) or not known or len({part.ticks for part in known}) > 1:
-        return None
-    if len(known) == 1:
-        return known[0]
-    before = np.cumsum([(len(part.imu_ns), len(part.frame_ns)) for part in known], axis=0)
-    shift = np.concatenate(([[0, 0]], before[:-1]))
-    return Stretch(
-        np.concatenate([part.kind for part in known]),
-        np.concatenate([part.index + np.where(part.kind == IMU_KIND, imu, frame)
-                        for part, (imu, frame) in zip(known, shift.tolist())]),
-        np.concatenate([part.imu_ns for part in known]),
-        np.concatenate([part.gyro for part in known]),
-        np.concatenate([part.accel for part in known]),
-        np.concatenate([part.frame_ns for part in known]),
-        np.concatenate([part.angle for part in known]), known[0].ticks)
+def joined_batches(batches: list[Batch]) -> Batch:
+    """Consecutive batches as one."""
+    if len(batches) == 1:
+        return batches[0]
+    readings: dict[int, Readings] = {}
+    rare: list[Any] = []
+    indices = []
+    for batch in batches:
+        index = batch.index + np.where(batch.stream >= SET_POSE, len(rare), 0)
+        for code in batch.readings:
+            index[batch.stream == code] += len(readings[code].row) if code in readings else 0
+        indices.append(index)
+        rare += batch.rare
+        for code, part in batch.readings.items():
+            _append(readings, code, part)
+    return Batch(np.concatenate([batch.stream for batch in batches]), np.concatenate(indices),
+                 readings, rare)
 
 
 def _take_rare(intake: Intake, stream: int, msg: Any) -> Estimates:

@@ -110,7 +110,7 @@ def take(estimator: Estimator, stretch: Stretch, last: bool = False) -> Rows | N
     waiting = sorted(order._queue, key=lambda item: item[:3])
     items = [item[3] for item in waiting]
     usual = (ImuSample, TickSample if stretch.ticks else WheelSample)
-    if (order._held or order._behind or body.armed != (angles._stamp is not None)
+    if (order._behind or body.armed != (angles._stamp is not None)
             or not all(isinstance(item, usual) for item in items)):
         return None
     stamp = np.where(stretch.kind == IMU, _at(stretch.imu_ns, stretch.index),
