@@ -1,4 +1,5 @@
 import csv
+import pathlib
 
 import numpy as np
 import pytest
@@ -106,3 +107,14 @@ def test_joint_names_with_commas_keep_the_header_readable(tmp_path):
         pass
     assert rows_of(tmp_path / 'slip.csv')[0][1] == 'a,b.slip_rate'
     assert rows_of(tmp_path / 'slip.csv')[0][3] == 'c"d.slip_rate'
+
+
+@pytest.mark.skipif(not pathlib.Path('/dev/full').exists(), reason='needs /dev/full')
+def test_a_full_disk_is_an_error_in_one_line_and_closes_the_files(tmp_path):
+    (tmp_path / 'track.csv').symlink_to('/dev/full')
+    writer = TrackWriter(tmp_path, JOINTS)
+    with pytest.raises(BagError, match='cannot be written: No space left'):
+        writer.flush()
+    with pytest.raises(BagError, match='cannot be written: No space left'):
+        writer.close()
+    writer.close()

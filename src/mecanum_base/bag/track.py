@@ -7,6 +7,7 @@ decimals. Rows are gathered and written in groups; memory does not grow.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pathlib
 from collections.abc import Sequence
@@ -49,7 +50,8 @@ class TrackWriter:
                 self._files.append(open(place / name, 'wb'))
         except OSError as error:
             self._shut()
-            raise BagError(f'{folder}: cannot be written: {error.strerror}') from None
+            raise BagError(f'{place}: cannot be written: {error.strerror}') from None
+        self._place = place
         self._wheels = len(joints)
         self._files[1].write((','.join(TRACK_COLUMNS) + '\n').encode())
         self._files[2].write((_csv_row(slip_columns(joints)) + '\n').encode())
@@ -103,12 +105,11 @@ class TrackWriter:
             zero = np.broadcast_to(np.frombuffer(b'0.0', dtype=np.uint8), (count, 3))
             source = np.array(SOURCES, dtype='S')[self._predicted[:count].astype(int)]
             words = source.view(np.uint8).reshape(count, -1)
-            self._files[0].write(_joined([stamp, track[0], track[1], zero, zero, zero, *turn],
-                                         ' '))
-            self._files[1].write(_joined([stamp, *track, words], ','))
-            self._files[2].write(_joined([stamp, *_texts(self._slip[:count])], ','))
-        for file in self._files:
-            file.flush()
+            self._put(_joined([stamp, track[0], track[1], zero, zero, zero, *turn], ' '),
+                      _joined([stamp, *track, words], ','),
+                      _joined([stamp, *_texts(self._slip[:count])], ','))
+        else:
+            self._put(b'', b'', b'')
 
     def close(self) -> None:
         """Write what is left and close the files."""
@@ -125,10 +126,19 @@ class TrackWriter:
                  trace: TracebackType | None) -> None:
         self.close()
 
+    def _put(self, *texts: bytes) -> None:
+        try:
+            for file, text in zip(self._files, texts):
+                file.write(text)
+                file.flush()
+        except OSError as error:
+            raise BagError(f'{self._place}: cannot be written: {error.strerror}') from None
+
     def _shut(self) -> None:
-        for file in self._files:
-            file.close()
-        self._files = []
+        files, self._files = self._files, []
+        for file in files:
+            with contextlib.suppress(OSError):  # all was flushed; a full disk is told by then
+                file.close()
 
 
 def _texts(values: FloatArray) -> list[Bytes]:
