@@ -63,7 +63,45 @@ def test_several_recordings_start_with_a_table_of_all(tmp_path):
     assert 'All recordings' in text and 'two: Findings' in text
 
 
-PROBE = """<script>window.addEventListener("load", function () { setTimeout(function () {
+def comparison():
+    row = {'figure': EVIL, 'unit': 'm', 'first': 0.2, 'second': 0.1, 'change': -0.1}
+    return {'first': 'one', 'second': EVIL,
+            'constants': [{'key': 'wheels.radius', 'unit': 'm', 'first': [0.05] * 4,
+                           'second': [0.05, 0.05, 0.05, 0.06], 'change': '+0.00 to +20.00 %'}],
+            'figures': [{**row, 'verdict': 'better'}, {**row, 'figure': 'b', 'verdict': 'worse'},
+                        {**row, 'figure': 'unchanged', 'verdict': 'same'}],
+            'gone': [], 'new': [{'severity': 'warning', 'title': EVIL}]}
+
+
+def test_a_comparison_shows_constants_and_figures_with_their_verdict(tmp_path):
+    other = {**result('two'), 'comparison': comparison()}
+    write_report(tmp_path / 'a.html', [result('one'), other], 'both')
+    text = (tmp_path / 'a.html').read_text()
+    assert EVIL not in text
+    assert 'wheels.radius [m]' in text and '0.05 (all 4)' in text
+    better, worse = (text.index(f'<tr class="{word}">') for word in ('better', 'worse'))
+    assert '-0.1 better' in text[better:worse] and '-0.1 worse' in text[worse:]
+    assert 'unchanged' not in text
+    both = [{**result(), 'comparison': comparison()} for _ in range(2)]
+    write_report(tmp_path / 'b.html', both, 'all')
+    assert 'Comparison over 2 recordings' in (tmp_path / 'b.html').read_text()
+
+
+PROBE = """<script>
+// smallest distance between the buttons, the legend and the title of the axis of any figure
+function apart() {
+  var least = 1e9;
+  document.querySelectorAll(".js-plotly-plot").forEach(function (plot) {
+    var boxes = [".modebar", ".legend", ".xtick", ".xtitle"].map(function (name) {
+      var found = plot.querySelector(name); return found && found.getBoundingClientRect();
+    }).filter(Boolean);
+    for (var i = 1; i < boxes.length; i++) {
+      least = Math.min(least, boxes[i].top - boxes[i - 1].bottom);
+    }
+  });
+  return least;
+}
+window.addEventListener("load", function () { setTimeout(function () {
   var lines = 0;
   document.querySelectorAll(".scatterlayer path.js-line").forEach(function (path) {
     if (path.getAttribute("d").length > 100 && path.getBoundingClientRect().width > 100) lines++;
@@ -72,7 +110,7 @@ PROBE = """<script>window.addEventListener("load", function () { setTimeout(func
     lines: lines, wide: document.documentElement.scrollWidth,
     paper: getComputedStyle(document.body).backgroundColor,
     text: getComputedStyle(document.querySelector(".xtitle")).fill,
-    title: document.title.length}));
+    title: document.title.length, apart: apart()}));
 }, 500); });</script></body>"""
 
 
@@ -98,9 +136,11 @@ def brightness(colour):
 
 @pytest.mark.skipif(BROWSER is None, reason='no chromium on this machine')
 def test_a_phone_in_the_dark_shows_curves_runs_no_foreign_script_and_does_not_overflow(tmp_path):
-    told = seen(tmp_path, [result(EVIL, EVIL + 'x' * 80)], EVIL, dark=True)
+    told = seen(tmp_path, [{**result(EVIL, EVIL + 'x' * 80), 'comparison': comparison()}], EVIL,
+                dark=True)
     assert told['lines'] >= 4
     assert told['wide'] <= 500
+    assert told['apart'] > -4, 'buttons, legend or axis title overlap'
     assert brightness(told['paper']) < 60 and brightness(told['text']) > 160
     assert told['title'] == len(EVIL), 'a script from a name has run'
 

@@ -79,6 +79,8 @@ def run(options: argparse.Namespace) -> int:
         from mecanum_base.report.analysis_page import write_report
         names = ', '.join(dict.fromkeys(str(r['name']) for r in results))
         title = names if len(names) < 60 else f'{len(results)} recordings'
+        if len(comparisons) == 1:
+            title = f'{comparisons[0]["first"]} against {comparisons[0]["second"]}'
         write_report(out / 'report.html', results, title)
     _print(results)
     if comparisons:

@@ -29,7 +29,7 @@ def write_report(path: pathlib.Path, results: Sequence[dict[str, Any]], title: s
     sections += comparison_sections([r['comparison'] for r in results if 'comparison' in r])
     for result in results:
         sections += _sections(result, prefix=f'{result["name"]}: ' if len(results) > 1 else '')
-    robots = sorted({str(r['robot_file']) for r in results if r['robot_file']})
+    robots = sorted({pathlib.PurePath(r['robot_file']).name for r in results if r['robot_file']})
     lead = f'mecanum analyze {results[0]["version"]}' if results else 'mecanum analyze'
     lead += (f'; robot file {", ".join(robots)}' if robots
              else '; no robot file: data findings only')
@@ -136,12 +136,14 @@ def _paths(data: dict[str, Any]) -> go.Figure:
     return figure
 
 
-def _over_time(label: str) -> Any:
+def _over_time(label: str, limits: tuple[float, float] | None = None) -> Any:
     def make(data: dict[str, Any]) -> go.Figure:
         figure = _figure('time [s]', label)
         for index, (name, columns) in enumerate(data.items()):
             _line(figure, name, columns, index)
         figure.update_layout(showlegend=True)
+        if limits is not None:
+            figure.update_yaxes(range=limits)
         return figure
     return make
 
@@ -156,7 +158,7 @@ def _spread(data: dict[str, Any]) -> go.Figure:
 _PLOTS = (
     ('paths', 'Tracks', _paths),
     ('errors', 'Position error', _over_time('error [m]')),
-    ('slip', 'Slip probability', _over_time('probability')),
+    ('slip', 'Slip probability', _over_time('probability', (0.0, 1.0))),
     ('sigma', 'Stated uncertainty of the estimator', _spread),
     ('wheels', 'Wheel rates', _over_time('rate [rad/s]')),
     ('yaw', 'Yaw of gyro and wheels', _over_time('yaw [deg]')),

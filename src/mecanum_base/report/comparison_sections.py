@@ -38,7 +38,9 @@ def _pair(comparison: dict[str, Any]) -> list[Section]:
         if comparison[word]:
             text.append(f'{title}: ' + '; '.join(
                 f'{f["severity"]}: {f["title"]}' for f in comparison[word]) + '.')
-    table = Table(['figure', 'first', 'second', 'change', 'verdict'], rows,
+    table = Table(['figure', 'first', 'second', 'change'],
+                  [[*row[:3], ' '.join(cell for cell in row[3:] if cell != '-') or '-']
+                   for row in rows],
                   [row[-1] if row[-1] in ('better', 'worse') else '' for row in rows])
     return [Section('Comparison', text, table if rows else None)]
 

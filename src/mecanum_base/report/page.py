@@ -17,6 +17,8 @@ import plotly.graph_objects as go
 import plotly.io
 import plotly.offline
 
+_BUTTONS = 30  # px at the top of a figure for plotly's row of buttons
+
 
 @dataclass(frozen=True)
 class Table:
@@ -69,8 +71,9 @@ def write_page(path: pathlib.Path, title: str, lead: str, sections: Sequence[Sec
 def _figure_html(figure: go.Figure, index: int) -> str:
     figure.update_layout(
         template='none', paper_bgcolor='rgba(0,0,0,0)', plot_bgcolor='rgba(0,0,0,0)',
-        margin=dict(l=56, r=12, t=12, b=44), legend=dict(orientation='h', y=1.02, yanchor='bottom',
-                                                         x=0), hovermode='closest',
+        margin=dict(l=56, r=12, t=_BUTTONS, b=44), hovermode='closest',
+        legend=dict(orientation='h', yref='container', yanchor='top', x=0,
+                    y=1.0 - _BUTTONS / float(figure.layout.height or 450)),
         modebar=dict(bgcolor='rgba(0,0,0,0)', color='#8a95a0', activecolor='#0b7fd6'))
     options: dict[str, Any] = dict(displaylogo=False, responsive=True, scrollZoom=True)
     html: str = plotly.io.to_html(figure, include_plotlyjs=False, full_html=False,

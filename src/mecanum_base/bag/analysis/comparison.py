@@ -192,7 +192,9 @@ def number(value: float | None) -> str:
 
 
 def listed(value: Any) -> str:
-    """A constant as text."""
+    """A constant as text; a list of equal numbers as one."""
+    if isinstance(value, list) and len(value) > 2 and all(v == value[0] for v in value):
+        return f'{listed(value[0])} (all {len(value)})'
     if isinstance(value, list):
         return '[' + ', '.join(listed(v) for v in value) + ']'
     return f'{value:.6g}' if isinstance(value, float) else '-' if value is None else str(value)

@@ -141,7 +141,8 @@ def health_findings(found: EstimatedTrack) -> list[Finding]:
             f'the estimator rejects messages of {stream}',
             f'{count} for the reason "{reason}" ({100 * share:.2f} %)',
             'see the findings on stamps and gaps', stream, numbers={'share': share}))
-    for note in found.health.notes:
-        result.append(Finding('note', 'limits', 'what cannot be seen', note,
+    if found.health.notes:
+        result.append(Finding('note', 'limits', 'what cannot be seen',
+                              '; '.join(found.health.notes),
                               'keep it in mind when reading the figures'))
     return result
