@@ -1,19 +1,16 @@
-"""The markers of slip: who slips is red, who rolls is green; viewer files name real topics."""
+"""The markers of slip: who slips is red, who rolls is green."""
 
 from __future__ import annotations
 
-import json
 import math
 
 import numpy as np
 import pytest
-import yaml
 
 pytest.importorskip('rclpy')
 
 from mecanum_base.core.records import Estimate, SlipEstimate
 from mecanum_base.robot_file import load_robot, shipped
-from mecanum_base.ros.contract_topics import MESSAGES
 from mecanum_base.ros.slip_markers import SlipMarkers
 
 
@@ -80,30 +77,3 @@ def test_markers_come_ten_times_a_second_and_only_for_readers():
     node.publisher.readers = 1
     markers.publish(estimate(5_000_000))  # the clock jumped back: shown at once
     assert len(node.publisher.sent) == before + 1
-
-
-def known_topics():
-    return {'/' + topic.lstrip('/') for topic in MESSAGES} | {'/slip/markers'}
-
-
-def test_the_foxglove_layout_shows_topics_that_exist():
-    layout = json.loads((shipped() / 'mecanum_base.foxglove.json').read_text(encoding='utf-8'))
-    panels = layout['configById']
-    shown = {path['value'].split('.')[0] for p in panels.values() for path in p.get('paths', [])}
-    shown |= set(panels['3D!floor']['topics'])
-    assert shown <= known_topics()
-    assert {'/slip/wheels', '/slip/probability', '/odom', '/slip/markers'} <= shown
-
-    def leaves(node):
-        return {node} if isinstance(node, str) else leaves(node['first']) | leaves(node['second'])
-
-    assert leaves(layout['layout']) == set(panels)
-
-
-def test_the_rviz_file_shows_topics_that_exist():
-    text = (shipped() / 'mecanum_base.rviz').read_text(encoding='utf-8')
-    manager = yaml.safe_load(text)['Visualization Manager']
-    topics = {'/' + d['Topic']['Value'] for d in manager['Displays'] if 'Topic' in d}
-    assert topics == {'/slip/markers', '/odom', '/ground_truth/odom'}
-    assert topics <= known_topics()
-    assert manager['Global Options']['Fixed Frame'] == 'odom'

@@ -87,3 +87,18 @@ def test_the_error_message_shown_is_the_one_printed(tmp_path, capsys):
 def test_every_base_the_readme_names_has_a_file(name):
     assert f'`{name}`' in README
     assert (ROOT / 'config' / f'{name}.yaml').is_file()
+
+
+def test_every_test_and_parameter_the_guide_names_exists():
+    guide = (ROOT / 'docs' / 'integration.md').read_text(encoding='utf-8')
+    tests = ''.join(path.read_text(encoding='utf-8')
+                    for path in (ROOT / 'tests' / 'ros').glob('test_*.py'))
+    named = set(re.findall(r'`(test_[a-z_]+)`', guide))
+    assert len(named) > 15
+    assert [name for name in named if f'def {name}(' not in tests] == []
+    blocks = ('wheels', 'encoder', 'imu', 'drive', 'sim', 'estimator', 'goal', 'record')
+    parameters = set(re.findall(rf'`((?:{"|".join(blocks)})\.[a-z_]+)`', guide))
+    assert 'drive.command_timeout' in parameters
+    assert parameters <= set(all_rules())
+    files = set(re.findall(r'`((?:config|docker|docs|tests)/[^`*]+)`', guide))
+    assert [name for name in files if not (ROOT / name).exists()] == []
