@@ -42,7 +42,8 @@ setup(
         'parquet': ['pyarrow>=12'],
         'mesh': ['trimesh>=3.20'],
         'test': ['trimesh>=3.20', 'pytest>=7', 'hypothesis>=6.80', 'ruff>=0.6', 'mypy>=1.8',
-                 'import-linter>=2.0', 'types-PyYAML', 'scipy>=1.9', 'psutil>=5.9'],
+                 'import-linter>=2.0', 'types-PyYAML', 'scipy>=1.9', 'psutil>=5.9',
+                 'mcap-ros2-support>=0.5'],
     },
     entry_points={
         'console_scripts': [
