@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import pathlib
+import sys
+
 import numpy as np
 import pytest
 from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_typestore
+
+# driving, calibration_coverage and doctor_table are also campaigns of their own
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 T = STORE.types

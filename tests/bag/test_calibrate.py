@@ -1,10 +1,10 @@
 """Calibration; the coverage campaign: python tests/bag/calibration_coverage.py 100."""
 
-import importlib.util
-import pathlib
 import subprocess
 import sys
 
+import calibration_coverage as coverage
+import driving
 import numpy as np
 import pytest
 
@@ -18,18 +18,6 @@ from mecanum_base.robot import Robot
 from mecanum_base.robot_file import parse_parameters
 
 
-def _load(name):
-    spec = importlib.util.spec_from_file_location(
-        name, pathlib.Path(__file__).with_name(f'{name}.py'))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-COVERAGE = _load('calibration_coverage')
-driving = COVERAGE.driving
-
-
 def given(**scales):
     found = Calibration('test')
     for name in ('forward', 'sideways', 'turning'):
@@ -39,7 +27,7 @@ def given(**scales):
 
 
 def test_values_are_within_half_a_percent_of_the_truth_and_hold_out_improves():
-    found, real = COVERAGE.one(7)
+    found, real = coverage.one(7)
     for name in ('forward', 'sideways', 'turning'):
         assert found.axes[name].value == pytest.approx(real[name], abs=0.005)
     assert found.held_out['after'] < 0.5 * found.held_out['before']
@@ -47,7 +35,7 @@ def test_values_are_within_half_a_percent_of_the_truth_and_hold_out_improves():
 
 def test_most_intervals_cover_the_truth():
     """6 bases x 8 values at 90 %: fewer than 70 % covered has a chance below 1 in 1000."""
-    hits = [v for seed in range(6) for v in COVERAGE.covered(*COVERAGE.one(seed)).values()
+    hits = [v for seed in range(6) for v in coverage.covered(*coverage.one(seed)).values()
             if v is not None]
     assert len(hits) > 40
     assert np.mean(hits) > 0.7
@@ -55,25 +43,25 @@ def test_most_intervals_cover_the_truth():
 
 @pytest.mark.parametrize('axis', ['forward', 'sideways', 'turning'])
 def test_what_the_motion_did_not_excite_is_refused_with_the_manoeuvre(axis):
-    found, _ = COVERAGE.one(1, **{axis: 0.0}, seconds=60.0)
+    found, _ = coverage.one(1, **{axis: 0.0}, seconds=60.0)
     assert not found.axes[axis].given
     assert 'drive' in found.axes[axis].verdict or 'turn' in found.axes[axis].verdict
 
 
 def test_the_known_trap_of_a_bag_that_hardly_strafes_gives_no_lateral_scale():
-    found, _ = COVERAGE.one(3, sideways=0.01, seconds=60.0)
+    found, _ = coverage.one(3, sideways=0.01, seconds=60.0)
     assert found.axes['forward'].given and not found.axes['sideways'].given
 
 
 def test_a_gyro_alone_tells_the_yaw_only():
-    found, real = COVERAGE.one(4, truth=False)
+    found, real = coverage.one(4, truth=False)
     assert not found.axes['forward'].given and not found.axes['sideways'].given
     assert found.axes['turning'].low < real['turning'] < found.axes['turning'].high
     assert found.source == 'gyro'
 
 
 def test_slipping_legs_do_not_spoil_the_fit():
-    found, real = COVERAGE.one(5, slip=0.15)
+    found, real = coverage.one(5, slip=0.15)
     assert found.axes['forward'].value == pytest.approx(real['forward'], abs=0.01)
 
 
@@ -159,7 +147,7 @@ def test_the_command_writes_a_file_whose_odometry_is_better(tmp_path, make):
     assert done.stderr == ''
     base = Robot.from_mapping(parse_parameters((tmp_path / 'new.yaml').read_text(), 'new')).base
     scale = body_from_wheels(wheels_from_body(base)) / body_from_wheels(
-        wheels_from_body(COVERAGE.ROBOT.base))
+        wheels_from_body(coverage.ROBOT.base))
     np.testing.assert_allclose(scale[:, 0], [1.04, 1.04 * 0.95, 1.04 * 0.35 / 0.37], rtol=0.01)
 
 

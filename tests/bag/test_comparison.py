@@ -1,9 +1,8 @@
 """Difference tables of `mecanum analyze --compare`, from results made by hand."""
 
 import json
-import pathlib
-import runpy
 
+import driving
 import pytest
 
 from mecanum_base.bag.analysis.comparison import (
@@ -18,8 +17,6 @@ from mecanum_base.bag.analysis.comparison import (
 from mecanum_base.cli.comparison_text import comparison_lines
 from mecanum_base.robot import Robot
 from mecanum_base.robot_file import parse_parameters
-
-YAML = runpy.run_path(str(pathlib.Path(__file__).with_name('driving.py')))['YAML']
 
 
 def result(name, ate=0.1, warnings=0, findings=()):
@@ -44,8 +41,9 @@ def test_better_is_smaller_nearer_to_one_or_nearer_to_zero(first, second, rule, 
 
 
 def test_constants_that_differ_come_with_unit_and_change():
-    first = Robot.from_mapping(parse_parameters(YAML, 'a'))
-    text = YAML.replace('radius: [0.05, 0.05, 0.05, 0.05]', 'radius: [0.05, 0.05, 0.05, 0.06]')
+    first = Robot.from_mapping(parse_parameters(driving.YAML, 'a'))
+    text = driving.YAML.replace('radius: [0.05, 0.05, 0.05, 0.05]',
+                                'radius: [0.05, 0.05, 0.05, 0.06]')
     text += '    imu: {rpy: [0.0, 0.0, 0.1]}\n'
     second = Robot.from_mapping(parse_parameters(text, 'b'))
     rows = {row['key']: row for row in constants(first, second)}

@@ -3,6 +3,7 @@
 import json
 from types import SimpleNamespace
 
+import driving
 import numpy as np
 import pytest
 
@@ -11,20 +12,7 @@ from mecanum_base.bag.analysis.estimate import slip_findings
 from mecanum_base.bag.analysis.fleet import analyze_all, failed
 
 MS = 1_000_000
-ROBOT = '''/**:
-  ros__parameters:
-    wheels:
-      joint: [front_left_wheel_joint, front_right_wheel_joint, rear_left_wheel_joint,
-              rear_right_wheel_joint]
-      x: [0.2, 0.2, -0.2, -0.2]
-      y: [0.15, -0.15, 0.15, -0.15]
-      axle: [1.5707963267948966, 1.5707963267948966, 1.5707963267948966, 1.5707963267948966]
-      roller: [0.7853981633974483, -0.7853981633974483, -0.7853981633974483, 0.7853981633974483]
-      radius: [0.05, 0.05, 0.05, 0.05]
-      max_speed: [20.0, 20.0, 20.0, 20.0]
-    encoder: {counts_per_revolution: 4096.0}
-'''
-LEVER = 0.35
+LEVER = driving.LX + driving.LY
 
 
 def spin(make, seconds=9.0, gyro=1.0, late_ns=0, noise=0.002, bias=0.01, truth_scale=None):
@@ -53,7 +41,7 @@ def spin(make, seconds=9.0, gyro=1.0, late_ns=0, noise=0.002, bias=0.01, truth_s
 def codes(tmp_path, make, entries, robot=True, name='a.mcap', **options):
     path = make.write_mcap(tmp_path / name, sorted(entries, key=lambda e: e[1]))
     file = tmp_path / 'robot.yaml'
-    file.write_text(ROBOT)
+    file.write_text(driving.YAML)
     result = analyze(path, Options(str(file) if robot else None, **options))
     json.dumps(result, allow_nan=False)
     return {f['code']: f for f in result['findings']}, result

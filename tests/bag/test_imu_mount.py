@@ -1,9 +1,9 @@
 """The IMU's mounting from a drive; its coverage: python tests/bag/calibration_coverage.py 100."""
 
-import importlib.util
 import math
-import pathlib
 
+import calibration_coverage as coverage
+import driving
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -19,12 +19,6 @@ from mecanum_base.bag.analysis.motion import Gyro, WheelMotion
 from mecanum_base.robot import Robot
 from mecanum_base.robot_file import parse_parameters
 
-_SPEC = importlib.util.spec_from_file_location(
-    'coverage_for_mount', pathlib.Path(__file__).with_name('calibration_coverage.py'))
-COVERAGE = importlib.util.module_from_spec(_SPEC)
-_SPEC.loader.exec_module(COVERAGE)
-driving = COVERAGE.driving
-
 
 def robot(imu=''):
     return Robot.from_mapping(parse_parameters(driving.YAML + imu, 'test'))
@@ -38,7 +32,7 @@ def fit(file, true, wheel_factor=1.0, truth=False, seed=1, **options):
                                           made.angle * wheel_factor),
                         Gyro(made.imu_ns, made.gyro, made.accel),
                         Track(made.truth_ns, made.pose) if truth else None, None)
-    return mount_fit([evidence], [0.0], COVERAGE.MATRIX)
+    return mount_fit([evidence], [0.0], coverage.MATRIX)
 
 
 def apart(first, second):
@@ -59,7 +53,7 @@ def test_a_small_turn_is_found_on_top_of_the_mount_of_the_file(slip):
 
 @pytest.mark.parametrize('name', ['about x (roll)', 'about y (pitch)', 'about z (yaw)'])
 def test_a_turn_that_the_motion_did_not_excite_is_refused_with_the_manoeuvre(name):
-    found, _ = COVERAGE.one(2, seconds=40.0, **COVERAGE.UNEXCITED[name])
+    found, _ = coverage.one(2, seconds=40.0, **coverage.UNEXCITED[name])
     value = next(v for v in found.mount.turns.values() if v.name == name)
     assert not value.given
     assert 'start and stop' in value.verdict or 'turn two times' in value.verdict
@@ -75,7 +69,7 @@ def test_an_accelerometer_without_gravity_leaves_the_level_to_the_turning_axis()
     made.accel[:, 2] = 0.0
     evidence = Evidence(robot(), WheelMotion(driving.JOINTS, made.wheel_ns, made.angle),
                         Gyro(made.imu_ns, made.gyro, made.accel), None, None)
-    found = mount_fit([evidence], [0.0], COVERAGE.MATRIX)
+    found = mount_fit([evidence], [0.0], coverage.MATRIX)
     assert found.turns['x'].given and 'gravity' not in found.turns['x'].verdict
 
 

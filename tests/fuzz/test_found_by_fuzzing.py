@@ -1,9 +1,8 @@
 """Files that the fuzz campaign once read wrongly, built on purpose."""
 
-import importlib.util
-import pathlib
 import struct
 
+import fuzz_bags
 import pytest
 
 from mecanum_base.bag.reader import Bag
@@ -15,11 +14,7 @@ CHUNK, MESSAGE_INDEX, STATISTICS = 6, 7, 11
 @pytest.fixture(scope='module')
 def bags(tmp_path_factory):
     """{name: path} of the small bags the campaign starts from."""
-    spec = importlib.util.spec_from_file_location(
-        'fuzz_bags', pathlib.Path(__file__).with_name('fuzz_bags.py'))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return {path.name: path for path, _ in module.originals(tmp_path_factory.mktemp('bags'))}
+    return {path.name: path for path, _ in fuzz_bags.originals(tmp_path_factory.mktemp('bags'))}
 
 
 def records(data):
