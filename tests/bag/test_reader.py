@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 
 from mecanum_base.bag.reader import Bag
+from mecanum_base.bag.stream import SampleReader
+from mecanum_base.bag.topics import Topics
 from mecanum_base.core.errors import BagError
 
 
@@ -275,3 +277,27 @@ def test_the_database_fixture_is_what_ros_writes(tmp_path, make):
     columns = [row[1] for row in base.execute('PRAGMA table_info(messages)')]
     base.close()
     assert columns == ['id', 'topic_id', 'timestamp', 'data']
+
+
+def test_memory_does_not_grow_with_the_length_of_a_recording(tmp_path, make):
+    """Peak of reading and decoding, by Python's own count, for 4 s and for 32 s of data."""
+    import tracemalloc
+
+    def peak(seconds):
+        path = make.write_mcap(tmp_path / f'{seconds}.mcap', make.drive(seconds),
+                               chunk_size=50_000)
+        reader = SampleReader(make.WHEELS, Topics(), lambda stream, reason: None)
+        tracemalloc.start()
+        try:
+            with Bag(path) as bag:
+                for block in bag.blocks():
+                    reader.batch(block)
+            return tracemalloc.get_traced_memory()[1], sum(reader.read.values())
+        finally:
+            tracemalloc.stop()
+
+    peak(4)  # loads what is loaded once
+    (short, few), (long, many) = peak(4), peak(32)
+    assert many == 8 * few
+    # all data at once would be 2 MB; the rest is the index of pieces, 0.5 kB for each chunk
+    assert long < 1.25 * short + 50_000

@@ -58,11 +58,16 @@ def joined(blocks: list[Block]) -> Block:
     position = 0
     for block in blocks:
         table = np.array([channels.setdefault(c, len(channels)) for c in block.channels] or [0])
-        payloads = [block.payload(i) for i in range(len(block))]
-        parts.extend(payloads)
+        total = int(block.length.sum())
+        if 2 * total > len(block.data):
+            parts.append(block.data)
+            offsets.append(position + block.offset)
+            position += len(block.data)
+        else:  # a few left over from much: the rest is not carried on
+            parts.extend(block.payload(i) for i in range(len(block)))
+            offsets.append(position + np.cumsum(block.length) - block.length)
+            position += total
         lengths.append(block.length)
-        offsets.append(position + np.cumsum(block.length) - block.length)
-        position += sum(map(len, payloads))
         logs.append(block.log_ns)
         indices.append(table[block.channel])
     log = np.concatenate(logs)
