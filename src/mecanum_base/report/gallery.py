@@ -77,7 +77,7 @@ def write_gallery(out: pathlib.Path, name: str | None, seed: int | None, duratio
         sections.append(
             f'<h2 id="{html.escape(scenario.name)}">{html.escape(scenario.name)}</h2>'
             f'<p>{html.escape(scenario.title)}; seed {run.seed}, '
-            f'{html.escape(scenario.robot)}</p><img alt="{html.escape(scenario.title)}" '
+            f'{html.escape(pathlib.Path(robot_file or scenario.robot).name)}</p><img alt="{html.escape(scenario.title)}" '
             f'src="data:image/png;base64,{base64.b64encode(picture.getvalue()).decode()}">')
     page = out / 'gallery.html'
     page.write_text(_PAGE.format(rows='\n'.join(rows), sections='\n'.join(sections)),
@@ -119,10 +119,12 @@ def draw(scenario: Scenario, run: Run, slip: FloatArray) -> Figure:
     for column, joint in enumerate(run.joints):
         slips.plot(time, slip[:, column], lw=0.8, label=joint.replace('_wheel_joint', ''))
     slips.axhspan(-SLIPPING, SLIPPING, color='0.92', zorder=0)
-    for axes, title in ((speeds, 'true speed in base_link'), (slips, 'slip of each wheel [m/s]')):
+    for axes, title in ((speeds, 'true speed in base_link'),
+                        (slips, 'slip [m/s], grey: rolls')):
         axes.set_title(title, fontsize=10, loc='left')
         axes.grid(alpha=0.25)
-        axes.legend(loc='upper right', fontsize=7, ncols=4, framealpha=0.7)
+        axes.legend(loc='lower right', bbox_to_anchor=(1.01, 0.97), fontsize=7, frameon=False,
+                    ncols=min(len(run.joints), 4), columnspacing=1.0, handlelength=1.5)
         for event in scenario.events:
             if event.start_ns <= run.end_ns - run.start_ns:
                 begin = event.start_ns / NANOSECONDS
@@ -148,7 +150,8 @@ def _draw_floor(axes: Any, scenario: Scenario, run: Run) -> None:
             x, y = low, min(float(patch.y[1]), float(np.max(run.pose[:, 1])) + 0.3)
         shape.set(facecolor=colour, alpha=0.28, edgecolor='0.4', lw=0.6)
         axes.add_patch(shape)
-        axes.annotate(f'{patch.name} {patch.friction:g}', (x, y), fontsize=7, va='top')
+        axes.annotate(f'{patch.name} {patch.friction:g}', (x, y), fontsize=7, va='top', zorder=4,
+                      bbox={'facecolor': 'white', 'alpha': 0.7, 'edgecolor': 'none', 'pad': 1.0})
     for ramp in scenario.floor.ramps:
         axes.axvspan(ramp.begin, ramp.end, color='tab:brown', alpha=0.12, lw=0)
     for wall in scenario.floor.walls:
