@@ -77,7 +77,8 @@ def write_gallery(out: pathlib.Path, name: str | None, seed: int | None, duratio
         sections.append(
             f'<h2 id="{html.escape(scenario.name)}">{html.escape(scenario.name)}</h2>'
             f'<p>{html.escape(scenario.title)}; seed {run.seed}, '
-            f'{html.escape(pathlib.Path(robot_file or scenario.robot).name)}</p><img alt="{html.escape(scenario.title)}" '
+            f'{html.escape(pathlib.Path(robot_file or scenario.robot).name)}</p>'
+            f'<img alt="{html.escape(scenario.title)}" '
             f'src="data:image/png;base64,{base64.b64encode(picture.getvalue()).decode()}">')
     page = out / 'gallery.html'
     page.write_text(_PAGE.format(rows='\n'.join(rows), sections='\n'.join(sections)),
