@@ -36,8 +36,9 @@ def test_a_terminal_sees_seconds_and_a_clean_line_at_the_end():
         notice.end()
         cleared = stream.getvalue()
         numba.njit(lambda a: a + 4)(1)  # later ones are rare and quick: not told
-    assert ': 0 s so far' in cleared and cleared.endswith('\r\x1b[K')
+    assert 'minutes: 0 s' in cleared and cleared.endswith('\r\x1b[K')
     assert stream.getvalue() == cleared
+    assert max(map(len, cleared.split('\r'))) < 80  # a longer line could not be drawn over
 
 
 def test_remaining_time_leaves_out_what_came_before_the_mark(monkeypatch):

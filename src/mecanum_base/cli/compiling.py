@@ -25,8 +25,7 @@ class CompileNotice:
 
     def __init__(self, title: str, stream: TextIO | None = None) -> None:
         """``title`` is the command that waits."""
-        self._text = (f'{title}: compiling the estimator for this computer; this happens once '
-                      'and takes 2 to 5 minutes')
+        self._text = f'{title}: compiling, once for this computer, 2 to 5 minutes'  # < 80 columns
         self._stream = stream or sys.stderr
         self._begin: float | None = None
         self._over = threading.Event()
@@ -81,7 +80,7 @@ class CompileNotice:
         assert self._begin is not None
         while True:
             seconds = time.monotonic() - self._begin
-            self._stream.write(f'\r{self._text}: {seconds:.0f} s so far\x1b[K')
+            self._stream.write(f'\r{self._text}: {seconds:.0f} s\x1b[K')
             self._stream.flush()
             if self._over.wait(_PERIOD):
                 return
