@@ -151,6 +151,18 @@ def test_the_command_writes_a_file_whose_odometry_is_better(tmp_path, make):
     np.testing.assert_allclose(scale[:, 0], [1.04, 1.04 * 0.95, 1.04 * 0.35 / 0.37], rtol=0.01)
 
 
+def test_a_folder_that_holds_bags_serves_too(tmp_path, make):
+    (tmp_path / 'runs').mkdir()
+    made = driving.drive(seed=5, seconds=40.0)
+    bag_of(make, tmp_path / 'runs' / 'a.mcap', made)
+    (tmp_path / 'robot.yaml').write_text(driving.YAML)
+    for verb, more in (('calibrate', ['--out', str(tmp_path / 'new.yaml')]), ('doctor', [])):
+        done = subprocess.run([sys.executable, '-m', 'mecanum_base', verb, str(tmp_path / 'runs'),
+                               '--robot', str(tmp_path / 'robot.yaml'), *more],
+                              capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, (done.stdout, done.stderr)
+
+
 def test_a_bag_without_reference_writes_no_file_and_says_why(tmp_path, make):
     made = driving.drive(seed=6, seconds=20.0)
     entries = [('/joint_states', int(s), make.joint_state(int(s), a))

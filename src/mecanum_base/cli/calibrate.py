@@ -17,7 +17,8 @@ mecanum calibrate straight.mcap --robot robot.yaml --out calibrated.yaml --dista
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the verb."""
-    parser.add_argument('bag', nargs='+', metavar='BAG', help='recordings, fitted together')
+    parser.add_argument('bag', nargs='+', metavar='BAG',
+                        help='recordings, or folders that hold them, fitted together')
     parser.add_argument('--robot', required=True, metavar='FILE', help='robot file (YAML)')
     parser.add_argument('--out', required=True, metavar='FILE',
                         help='robot file to write; not written where nothing could be fitted')
@@ -46,6 +47,7 @@ def run(options: argparse.Namespace) -> int:
         rewritten,
         roller_text,
     )
+    from mecanum_base.bag.folder import bags_under
     from mecanum_base.cli.progress import Progress
     from mecanum_base.core.errors import BagError, ConfigError
     from mecanum_base.core.kinematics.wheels import Wheels
@@ -55,8 +57,9 @@ def run(options: argparse.Namespace) -> int:
         raise ConfigError('--distance', options.distance, 'must be > 0', 'm')
     if not options.distance_sigma > 0.0:
         raise ConfigError('--distance-sigma', options.distance_sigma, 'must be > 0', 'm')
+    paths = list(bags_under(options.bag))
     with Progress('calibrate') as progress:
-        found = calibrate_bags(options.bag, robot, options, progress.update)
+        found = calibrate_bags(paths, robot, options, progress.update)
     assert isinstance(robot.base, Wheels)
     given = [n for n, v in found.axes.items() if v.given]
     rpy = mounting(found, robot)
@@ -73,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
         print('nothing could be fitted; no file written', file=sys.stderr)
         return 1
     changed = calibrated_wheels(robot.base, found, options.per_wheel)
-    bags = ', '.join(pathlib.Path(b).name for b in options.bag)
+    bags = ', '.join(pathlib.Path(b).name for b in paths)
     comment = (f'calibrated by mecanum calibrate from {bags} ({found.source}); fitted: '
                f'{", ".join(given)}').replace('\n', ' ')
     try:

@@ -14,7 +14,8 @@ EXAMPLE = 'mecanum doctor run.mcap --robot robot.yaml'
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Options of the verb."""
     parser.add_argument('bag', nargs='+', metavar='BAG',
-                        help='MCAP file or rosbag2 folder; several are read as one recording')
+                        help='MCAP file, rosbag2 folder, or a folder that holds them; several are '
+                             'read as one recording')
     parser.add_argument('--robot', required=True, metavar='FILE', help='robot file (YAML)')
     parser.add_argument('--encoder-topic', metavar='T', help='topic of the encoders')
     parser.add_argument('--imu-topic', metavar='T', help='topic of the IMU')
@@ -26,13 +27,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Examine and print; 1 if a fault was found, 0 if not (or if nothing can be said)."""
     from mecanum_base.bag.analysis.evidence import evidence_of
+    from mecanum_base.bag.folder import bags_under
     from mecanum_base.cli.progress import Progress
     from mecanum_base.robot_file import load_robot
     robot = load_robot(options.robot)
     with Progress('doctor') as progress:
         verdict = evidence_of(
-            options.bag, robot, options.encoder_topic, options.imu_topic, not options.no_imu,
-            options.truth_topic, lambda share: progress.update(share)).examined()
+            list(bags_under(options.bag)), robot, options.encoder_topic, options.imu_topic,
+            not options.no_imu, options.truth_topic, progress.update).examined()
     if options.json:
         print(json.dumps(verdict.plain(), indent=1))
         return 1 if verdict.diagnoses else 0

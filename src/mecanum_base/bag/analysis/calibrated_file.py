@@ -118,7 +118,9 @@ def rewritten(text: str, name: str, changed: Wheels, comment: str,
 
 
 def _replaced(text: str, key: Any, node: Any, new: str) -> tuple[int, int, str]:
-    """The edit that puts a new value behind a key."""
+    """The edit that puts a new value behind a key; a value on the same line keeps its place."""
+    if getattr(node, 'flow_style', False):
+        return node.start_mark.index, node.end_mark.index, new
     return text.index(':', key.end_mark.index) + 1, node.end_mark.index, ' ' + new
 
 
