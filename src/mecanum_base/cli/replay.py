@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from mecanum_base.bag.export import BagExport
 
+_FAST = 'MECANUM_BASE_FAST'  # environment variable: 1 asks for compiled kernels
 _LONG = 15.0  # s of work that are worth a hint
 
 HELP = 'run the estimator of the odometry node over a recorded bag; writes tracks and a summary'
@@ -54,6 +55,9 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _replay(options: argparse.Namespace) -> int:
+    if os.environ.get(_FAST) == '1':
+        from mecanum_base.cli.quick_start import load_blas
+        load_blas()  # before numba looks for it
     from mecanum_base.bag.replay import Sink, replay_into
     from mecanum_base.bag.summary import summary_of, write_json
     from mecanum_base.bag.topics import Topics
@@ -126,7 +130,7 @@ def _replay(options: argparse.Namespace) -> int:
 
 def _advise(seconds: float) -> None:
     """How to be faster next time: asked for in vain always, else on terminals after long waits."""
-    asked = os.environ.get('MECANUM_BASE_FAST') == '1'
+    asked = os.environ.get(_FAST) == '1'
     there = all(importlib.util.find_spec(name) is not None for name in ('numba', 'scipy'))
     install = '' if there else "pip install 'mecanum_base[fast]', then "
     if asked and not there:
