@@ -30,7 +30,7 @@ def one(seed, truth=True, imu=True, accelerometer=True, mounted=(2.0, 2.0, 5.0),
     """(calibration, true values by name) of one random base.
 
     Roll and pitch of the mount come from gravity and turning, so the accelerometer has an offset
-    (0.2 m/s2), the floor a slope (0.3 deg) and the gyro cross-axis errors (1 %), all at random;
+    (0.5 m/s2), the floor a slope (0.3 deg) and the gyro cross-axis errors (1 %), all at random;
     ``mounted`` deg: spread of the mounting.
     """
     generator = np.random.default_rng(1000 + seed)
@@ -44,7 +44,7 @@ def one(seed, truth=True, imu=True, accelerometer=True, mounted=(2.0, 2.0, 5.0),
     x, y, z = np.radians(mounted) * generator.normal(size=3)
     setting = dict(seconds=80.0, radius=driving.RADIUS * rho * (1.0 + spread),
                    lever=(driving.LX + driving.LY) * lam, lateral=kappa, gyro_scale=gyro,
-                   truth_noise=0.002, zero_g=0.2 * generator.normal(size=3),
+                   truth_noise=0.002, zero_g=0.5 * generator.normal(size=3),
                    floor=np.radians(0.3) * generator.normal(size=2))
     made = driving.drive(seed=seed, **{**setting, **options})
     turn = Rotation.from_euler('z', z) * Rotation.from_rotvec([x, y, 0.0])

@@ -5,6 +5,7 @@ import sys
 
 import doctor_table as table
 import driving
+import numpy as np
 import pytest
 
 
@@ -42,6 +43,36 @@ def test_slip_and_noise_never_make_it_wrongly_certain(name):
         result, verdict = table.judged(name, seed=seed, slip=0.4, creep=0.05, gyro_noise=0.02,
                                        accel_noise=0.5)
         assert result != 'wrong', verdict
+
+
+def drive_with(change, seed=5):
+    """The verdict on a sound robot whose recording was changed."""
+    made = driving.drive(seed=seed, seconds=40.0)
+    change(made)
+    motion = table.WheelMotion(driving.JOINTS, made.wheel_ns, made.angle)
+    gyro = table.Gyro(made.imu_ns, made.gyro, made.accel)
+    return table.examine(table.ROBOT, motion, gyro)
+
+
+def test_a_sensor_that_hangs_for_a_while_is_no_evidence():
+    def freeze(made):  # 12 s, most of it in motion
+        made.gyro[2000:4400], made.accel[2000:4400] = made.gyro[2000], made.accel[2000]
+    verdict = drive_with(freeze)
+    assert not verdict.diagnoses and not verdict.missing
+
+
+@pytest.mark.parametrize('name', ['noisy wheels', 'wheels in the air'])
+def test_where_wheels_and_gyro_tell_nothing_of_each_other_no_fault_is_named(name):
+    generator = np.random.default_rng(1)
+
+    def change(made):
+        if name == 'noisy wheels':
+            made.angle += np.cumsum(generator.normal(size=made.angle.shape), axis=0)
+        else:
+            made.gyro = 0.003 * generator.normal(size=made.gyro.shape)
+    verdict = drive_with(change)
+    assert not verdict.diagnoses
+    assert 'hardly tell the same motion' in verdict.missing[0]
 
 
 def test_the_command_prints_the_corrected_line_and_exits_with_1(tmp_path, make):

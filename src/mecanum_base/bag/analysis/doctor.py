@@ -32,6 +32,7 @@ from mecanum_base.robot import Robot
 
 CERTAIN, LIKELY = 0.9, 0.6
 _OFFSET = 0.02
+_EXPLAINED = 0.4  # of the gyro by any combination of the wheels
 _POOR = 0.02  # m/s rms of motion of any kind
 
 
@@ -74,6 +75,12 @@ def examine(robot: Robot, motion: WheelMotion, gyro: Gyro | None, truth: Track |
         return verdict
     if any(d.fault == 'millimetres' for d in verdict.diagnoses):
         verdict.missing.append('correct the millimetres first, then ask again')
+        return verdict
+    if (share := _explained(signals)) < _EXPLAINED:
+        verdict.missing.append(
+            f'wheels and gyro hardly tell the same motion (the best combination of the wheels '
+            f'explains {100 * share:.0f} % of the turning): noisy wheel speeds, wheels in the '
+            'air, heavy slip or a sensor that hangs; nothing can be said of the wiring')
         return verdict
     gain = wheel_gain(signals, robot.base)
     found = search(signals, robot.base, robot.imu.base_from_sensor())
@@ -146,6 +153,16 @@ def _moves(wheels: Wheels, signals: Signals, verdict: Verdict) -> bool:
             'tell wheels apart; drive forward, sideways and turn, in one recording')
         return False
     return True
+
+
+def _explained(signals: Signals) -> float:
+    """Share of the gyro's liveliest axis that some combination of the wheels explains; 1 without
+    a gyro."""
+    if signals.gyro is None:
+        return 1.0
+    rate = signals.gyro[:, int(np.argmax(np.var(signals.gyro, axis=0)))]
+    rest = rate - signals.wheel @ np.linalg.lstsq(signals.wheel, rate, rcond=None)[0]
+    return 1.0 - float(rest @ rest) / max(float(rate @ rate), 1e-12)
 
 
 def _wiring(robot: Robot, motion: WheelMotion, signals: Signals, found: list[Wiring],

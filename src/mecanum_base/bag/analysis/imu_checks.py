@@ -62,16 +62,22 @@ def _absent(topic: str, gyro: Gyro) -> list[Finding]:
     return found
 
 
-def _frozen(topic: str, gyro: Gyro, seconds: FloatArray, rest: Any,
-            wheels: bool) -> list[Finding]:
+def frozen_spans(gyro: Gyro) -> list[tuple[float, float]]:
+    """Stretches (start, end) s since the first sample in which every reading repeats exactly."""
+    seconds = (gyro.stamp_ns - gyro.stamp_ns[0]) / 1e9
     every = np.column_stack([gyro.rate, gyro.accel])
     used = every[:, np.isfinite(every).all(axis=0)]
     used = used[:, np.ptp(used, axis=0) > 0.0] if used.size else used
     if used.shape[1] == 0:
         return []
     same = (np.diff(used, axis=0) == 0.0).all(axis=1)
-    spans = [s for s in spans_where(same, seconds[1:], _FROZEN)
-             if np.sum((seconds >= s[0]) & (seconds <= s[1])) >= 15]
+    return [s for s in spans_where(same, seconds[1:], _FROZEN)
+            if np.sum((seconds >= s[0]) & (seconds <= s[1])) >= 15]
+
+
+def _frozen(topic: str, gyro: Gyro, seconds: FloatArray, rest: Any,
+            wheels: bool) -> list[Finding]:
+    spans = frozen_spans(gyro)
     moving = [s for s in spans if not rest[(seconds >= s[0]) & (seconds <= s[1])].all()]
     if not spans:
         return []

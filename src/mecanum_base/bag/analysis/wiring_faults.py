@@ -92,7 +92,7 @@ def _scale_fault(robot: Robot, signals: Signals, wiring: Wiring, certainty: floa
         if abs(move / k - 1.0) < 3.0 * sigma / k + 0.05:
             return Diagnosis('counts_or_radius', 'counts per revolution or radius are wrong',
                              common, certainty, shown)
-    if not 0.02 < k < 50.0:
+    if 1.0 / 3.0 < 1000.0 * min(k, 1.0 / k) < 3.0:
         which = ('x and y look like millimetres', lever) if k > 50.0 else (
             'the radius looks like millimetres', (f'radius: {listed(wheels.radius * k)}',))
         return Diagnosis('millimetres', which[0], which[1], certainty, shown)

@@ -13,7 +13,7 @@ import numpy as np
 
 from mecanum_base.bag.analysis.agreement import yaw_integral
 from mecanum_base.bag.analysis.drift import Track, at_stamps
-from mecanum_base.bag.analysis.imu_checks import resting_at
+from mecanum_base.bag.analysis.imu_checks import frozen_spans, resting_at
 from mecanum_base.bag.analysis.motion import Gyro, WheelMotion
 from mecanum_base.core.parameter import FloatArray
 
@@ -50,6 +50,10 @@ def signals_of(motion: WheelMotion, gyro: Gyro | None, truth: Track | None = Non
         begin = max(begin, (int(gyro.stamp_ns[0]) - origin) / 1e9 + _EDGE)
         end = min(end, (int(gyro.stamp_ns[-1]) - origin) / 1e9 - _EDGE)
     grid = np.arange(begin, end, GRID)
+    if gyro is not None:  # what a sensor that hangs says is no evidence
+        lag = (int(gyro.stamp_ns[0]) - origin) / 1e9 - gyro_late
+        for start, stop in frozen_spans(gyro):
+            grid = grid[(grid < start + lag - _EDGE) | (grid > stop + lag + _EDGE)]
     if len(grid) < 2.0 / GRID:
         return None
     wheel = _rate(motion.seconds, motion.angle, grid)
