@@ -11,7 +11,6 @@ then the simulated hardware, which itself sends the sensor messages that the rel
 import argparse
 import os
 import pathlib
-import random
 import subprocess
 import sys
 import tempfile
@@ -19,6 +18,8 @@ import time
 
 import psutil
 
+DOMAIN = 101  # the tests use 1 to 100
+READY_WITHIN = 60.0  # s, on a busy computer
 ROOT = pathlib.Path(__file__).parents[2]
 ROBOT = ROOT / 'config' / 'mecanum4.yaml'
 JOINTS = ['front_left_wheel_joint', 'front_right_wheel_joint', 'rear_left_wheel_joint',
@@ -64,24 +65,36 @@ while True:
     tick += 1
     time.sleep(max(0.0, start + tick / 200.0 - time.monotonic()))
 """
+READY = """
+import sys, time
+import rclpy
+rclpy.init()
+node = rclpy.create_node('ready')
+while any(node.count_publishers(topic) == 0 for topic in sys.argv[1:]):
+    time.sleep(0.1)
+"""
 
 
-def begin(domain, *words):
-    """Start ``python WORDS`` in a DDS domain."""
-    environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain),
+def begin(*words):
+    """Start ``python WORDS`` in the DDS domain of the bench."""
+    environment = {**os.environ, 'ROS_DOMAIN_ID': str(DOMAIN),
                    'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
     environment.pop('ROS_PYTHON_CHECK_FIELDS', None)  # as on a robot
     return subprocess.Popen([sys.executable, *map(str, words)], env=environment,
                             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
-def measure(named_words, seconds, fed=True):
-    """{name: (CPU in percent of a core, resident MB)} of processes running at the same time."""
-    domain = random.SystemRandom().randrange(1, 100)
-    processes = {name: begin(domain, *words) for name, words in named_words.items()}
-    source = [begin(domain, '-c', SOURCE, *JOINTS)] if fed else []
+def measure(named_words, topics, seconds, fed=True):
+    """{name: (CPU in percent of a core, resident MB)} of processes running at the same time.
+
+    Measuring begins when somebody publishes each of ``topics``.
+    """
+    processes = {name: begin(*words) for name, words in named_words.items()}
+    source = [begin('-c', SOURCE, *JOINTS)] if fed else []
     try:
-        time.sleep(6.0)  # discovery takes up to 3 s
+        source.append(begin('-c', READY, *topics))
+        source[-1].wait(READY_WITHIN)
+        time.sleep(2.0)  # first messages, caches
         seen = {name: psutil.Process(one.pid) for name, one in processes.items()}
         before = {name: one.cpu_times() for name, one in seen.items()}
         start = time.monotonic()
@@ -119,11 +132,13 @@ def main():
             'relay': ('-c', RELAY), 'drive': verb('drive'), 'odometry': verb('odometry'),
             'goal': verb('goal'),
             'record': verb('record', '--ros-args', '-p', f'record.output:={folder}/bag'),
-        }, options.seconds))
+        }, ('relay/joint_states', 'wheel_commands', 'odom', 'imu/data_raw'), options.seconds))
     show('drive and odometry in one process', measure({
-        'relay': ('-c', RELAY), 'base': verb('base')}, options.seconds))
+        'relay': ('-c', RELAY), 'base': verb('base')},
+        ('relay/joint_states', 'odom', 'imu/data_raw'), options.seconds))
     show('simulated hardware', measure({
-        'relay': ('-c', RELAY), 'sim': verb('sim')}, options.seconds, fed=False))
+        'relay': ('-c', RELAY), 'sim': verb('sim')},
+        ('relay/joint_states', 'imu/data_raw'), options.seconds, fed=False))
 
 
 if __name__ == '__main__':

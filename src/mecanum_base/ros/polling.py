@@ -1,9 +1,9 @@
-"""Call what is ready on a node without a wait set: the fast lane of the scripted executor.
+"""Call what is ready on a node without a wait set: the fast lane of scripts and processes.
 
-Within one process a message is in the subscription's queue before publish() returns, so nothing
-has to be waited for: timers, subscriptions and services are simply asked in a fixed order. This is
-several times faster than rclpy's executor, which builds a wait set of all entities for each call.
-Clients, guard conditions and waitables (actions) are left to that executor.
+Timers, subscriptions and services are simply asked in a fixed order. This is several times faster
+than rclpy's executor, which builds a wait set of all entities for each call. Within one process a
+message is in the subscription's queue before publish() returns, so a script has to wait for
+nothing. Clients, guard conditions and waitables (actions, QoS events) are left to that executor.
 """
 
 from __future__ import annotations
@@ -12,12 +12,14 @@ import inspect
 from collections.abc import Callable, Coroutine
 from typing import Any
 
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 
-Later = Callable[[Coroutine[Any, Any, Any]], None]
+InvalidHandle = rclpy_implementation.InvalidHandle
+Later = Callable[[Coroutine[Any, Any, Any]], object]
 
 
 def poll(node: Node, later: Later) -> bool:
@@ -54,8 +56,11 @@ def _call_timer(timer: Timer, later: Later) -> bool:
 
 
 def _take_message(subscription: Subscription, later: Later) -> bool:
-    with subscription.handle:
-        taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+    try:
+        with subscription.handle:
+            taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+    except InvalidHandle:  # destroyed by the callback before
+        return False
     if taken is None:
         return False
     wants_information = subscription._callback_type is not Subscription.CallbackType.MessageOnly

@@ -20,8 +20,6 @@ from contextlib import contextmanager
 from typing import Any, Union
 
 import rclpy
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
@@ -30,9 +28,9 @@ from rclpy.utilities import ok, try_shutdown
 
 from mecanum_base import robot_file
 from mecanum_base.core.errors import ConfigError
+from mecanum_base.ros.spinning import spin
 
 ACKNOWLEDGED_WITHIN = 0.2  # s, as the interface contract says
-WAKE_PERIOD = 0.05  # s; the executor returns at least this often, so that a signal is seen
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 Factory = Callable[[], Node]
@@ -105,12 +103,9 @@ def _spin(nodes: Sequence[Node], stop: StopRequest, commands_wheels: bool) -> in
     executor = SingleThreadedExecutor()
     for node in nodes:
         executor.add_node(node)
-    nodes[0].create_timer(WAKE_PERIOD, lambda: None,
-                          clock=Clock(clock_type=ClockType.STEADY_TIME))
     reason, code = '', 0
     try:
-        while not stop.reason and ok():
-            executor.spin_once()
+        spin(nodes, executor, lambda: not stop.reason and ok())
         reason = stop.reason
     except ExternalShutdownException:
         reason = 'the context was shut down'
