@@ -30,7 +30,7 @@ def one(seed, truth=True, imu=True, accelerometer=True, mounted=(2.0, 2.0, 5.0),
     """(calibration, true values by name) of one random base.
 
     Roll and pitch of the mount come from gravity and turning, so the accelerometer has an offset
-    (0.5 m/s2), the floor a slope (0.3 deg) and the gyro cross-axis errors (1 %), all at random;
+    (0.5 m/s2), the floor a slope (0.3 deg) and the gyro cross-axis errors (1.2 %), all at random;
     ``mounted`` deg: spread of the mounting.
     """
     generator = np.random.default_rng(1000 + seed)
@@ -48,7 +48,7 @@ def one(seed, truth=True, imu=True, accelerometer=True, mounted=(2.0, 2.0, 5.0),
                    floor=np.radians(0.3) * generator.normal(size=2))
     made = driving.drive(seed=seed, **{**setting, **options})
     turn = Rotation.from_euler('z', z) * Rotation.from_rotvec([x, y, 0.0])
-    cross = 0.01 * generator.normal(size=(3, 3))
+    cross = 0.012 * generator.normal(size=(3, 3))
     np.fill_diagonal(cross, 0.0)
     driving.mount(made, turn.as_matrix(), cross)
     if not accelerometer:

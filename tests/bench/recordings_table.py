@@ -22,7 +22,9 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import recordings_quirks as known
 
 from mecanum_base.bag.analysis.analyze import Options, analyze
+from mecanum_base.bag.analysis.evidence import evidence_of
 from mecanum_base.cli.progress import Progress
+from mecanum_base.robot_file import load_robot
 
 AS_LOGGED = 'as logged'  # optiodom_omni4_mecanum with the time and counts of its log
 # fit on some runs, judge on others (globs): never the same run on both sides
@@ -31,6 +33,10 @@ CROSS = (
     ('optiodom_omni4_mecanum', 'squares, September', 'square_0809*', 'circles', 'circular_0809*'),
     ('optiodom_omni4_mecanum', 'circles, December', 'circular_2312*', 'squares', 'square_2312*'),
     ('optiodom_omni4_mecanum', 'squares, December', 'square_2312*', 'circles', 'circular_2312*'),
+    ('optiodom_omni4_mecanum', 'both ways, September', '*0809*run-0[17]', 'other runs of them',
+     '*0809*run-?[024]'),
+    ('optiodom_omni4_mecanum', 'both ways, December', '*2312*run-0[17]', 'other runs of them',
+     '*2312*run-?[03]'),
     ('optiodom_omni3', 'free driving', 'joystick*', 'circles and squares', '[cs]*'),
     ('optiodom_omni3', 'circles and squares', '[cs]*', 'free driving', 'joystick*'),
     ('robotino_omni3_slip', 'table, 4 directions', 'one_surface_table_exp?[04]',
@@ -38,6 +44,8 @@ CROSS = (
     ('robotino_omni3_slip', 'table', 'one_surface_table*', 'brown', 'one_surface_brown*'),
     ('maverick_omni3_imu', 'exp1', 'exp1', 'exp2', 'exp2'),
 )
+DOCTOR = ['set', 'runs', 'no fault found', 'cannot say: motion', 'not to be told apart',
+          'fault named (wrong)']
 FIGURES = (('ate', 1.0, 'm'), ('final', 1.0, 'm'), ('yaw_rms', 180.0 / np.pi, 'deg'))
 
 
@@ -119,6 +127,35 @@ def cross_rows(places, results, work, progress):
     return rows, given
 
 
+def doctor_rows(places):
+    """[set, runs, no fault, cannot say, not to be told apart, named] of `mecanum doctor`.
+
+    All robots are wired as their nominal files say, so a named fault would be a wrong one.
+    """
+    rows, wrong = [], 0
+    for name, runs in places.items():
+        words = []
+        for place in runs.values():
+            file = place / 'robot.yaml'
+            if not file.exists():
+                continue
+            verdict = evidence_of(str(place / 'bag'), load_robot(str(file))).examined()
+            words.append('named' if verdict.diagnoses else 'apart' if verdict.unclear
+                         else 'cannot say' if verdict.missing else 'no fault')
+        if words:
+            wrong += words.count('named')
+            rows.append([name, str(len(words)), *(str(words.count(w)) for w in (
+                'no fault', 'cannot say', 'apart', 'named'))])
+    return rows, wrong
+
+
+def put(doc, mark, table):
+    """Replace what stands between the marks of a document."""
+    begin, end = f'<!-- {mark} -->\n', f'<!-- end of {mark} -->'
+    head, rest = doc.read_text().split(begin)
+    doc.write_text(head + begin + table + '\n' + end + rest.split(end)[1])
+
+
 def _value(told, word):
     line = next((t for t in told.splitlines() if t.startswith(word)), '')
     found = re.search(r'x ([\d.]+) +90 %: ([\d.]+) to ([\d.]+)', line)
@@ -146,6 +183,9 @@ def tables(options, work):
                 progress.update(done / total, f'analysing {name}')
         rows, given = cross_rows(places, results, work,
                                  lambda share: progress.update(share, 'calibrating'))
+        progress.update(1.0, 'doctor')
+        doctor, named = doctor_rows(places)
+    wrong += named
     quirks, warnings = [], []
     for name, runs in results.items():
         some, missed = known.quirk_rows(name, runs)
@@ -155,6 +195,7 @@ def tables(options, work):
     wrong += sum('unexplained' in row[-1] for row in warnings)
     found['quirks'] = markdown(['set', 'known', 'runs', 'found', 'measured'], quirks)
     found['warnings'] = markdown(['set', 'finding', 'runs', 'why it is true'], warnings)
+    found['doctor'] = markdown(DOCTOR, doctor)
     found['constants'] = markdown(['fitted on', 'radius x', 'sideways x', 'yaw x'], given)
     found['cross'] = markdown(['set', 'fitted on (runs)', 'judged on (runs)', 'track',
                                *(f'{key} [{unit}]' for key, _, unit in FIGURES)], rows)
@@ -173,10 +214,7 @@ def main():
         found, wrong = tables(options, options.work or pathlib.Path(folder))
     for mark, table in found.items():
         if options.doc:
-            text = options.doc.read_text()
-            begin, end = f'<!-- {mark} -->\n', f'<!-- end of {mark} -->'
-            head, rest = text.split(begin)
-            options.doc.write_text(head + begin + table + '\n' + end + rest.split(end)[1])
+            put(options.doc, mark, table)
         else:
             print(f'\n{mark}\n\n{table}')
     print(f'{wrong} missed, false or unexplained findings')

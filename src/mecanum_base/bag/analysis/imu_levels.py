@@ -27,7 +27,7 @@ from mecanum_base.bag.analysis.robust_fit import robust_fit
 from mecanum_base.core.parameter import FloatArray, IntArray
 
 ZERO_G = 0.5  # m/s2, standard deviation of the accelerometer's offset (20 to 80 mg)
-CROSS_AXIS = 0.01  # standard deviation of the gyro's axes in those of the accelerometer
+CROSS_AXIS = 0.012  # standard deviation of the gyro's axes in those of the accelerometer
 _FLOOR = math.radians(0.3)  # slope of an indoor floor
 _SPOT = math.radians(0.15)  # how much it differs from stop to stop
 _REST = 1.0  # s a stop must last
