@@ -19,15 +19,15 @@ from mecanum_base.sim.scenario_file import load_scenario
 
 SHORT = """
 title: a short drive
-duration: 4.0
+duration: 3.0
 seed: 5
 driver:
   accel: [0.0, 0.0, 0.0]
   script:
-    - {seconds: 1.0, twist: [0.0, 0.0, 0.0]}
+    - {seconds: 0.5, twist: [0.0, 0.0, 0.0]}
     - {name: square, seconds: 1.0, twist: [0.3, 0.0, 0.0]}
     - {name: strafe, seconds: 1.0, twist: [0.0, 0.3, 0.0]}
-    - {seconds: 1.0, twist: [0.0, 0.0, 0.0]}
+    - {seconds: 0.5, twist: [0.0, 0.0, 0.0]}
 """
 
 
@@ -60,7 +60,7 @@ def test_a_drive_over_topics_ends_where_the_truth_says_and_repeats_to_the_bit(tm
     assert result.truth.pose[-1, :2] == pytest.approx([0.3, 0.3], abs=0.03)
     assert result.fused_error.final_distance < 0.02
     assert result.wheel_only_error.final_distance < 0.02
-    assert len(result.fused.stamp_ns) == pytest.approx(400, abs=3)  # 100 Hz encoders, 4 s
+    assert len(result.fused.stamp_ns) == pytest.approx(300, abs=3)  # 100 Hz encoders, 3 s
     assert [phase.name for phase in result.phases] == ['square', 'strafe']
     assert result.score.true == []
     assert shares[-1] == 1.0
@@ -75,7 +75,7 @@ def test_the_command_writes_table_picture_and_page(tmp_path, capsys):
     pytest.importorskip('matplotlib')
     pytest.importorskip('plotly')
     path = tmp_path / 'short.yaml'
-    path.write_text('robot: mine.yaml\n' + SHORT.replace('duration: 4.0', 'duration: 2.0'),
+    path.write_text('robot: mine.yaml\n' + SHORT.replace('duration: 3.0', 'duration: 1.5'),
                     encoding='utf-8')
     beside = tmp_path / 'mine.yaml'  # a robot file beside the scenario is found
     beside.write_text((shipped() / 'mecanum4.yaml').read_text(encoding='utf-8'), encoding='utf-8')
@@ -99,7 +99,7 @@ def test_the_scenarios_are_listed(capsys):
 
 CIRCLE = """
 title: the experiment, shorter
-duration: 6.5
+duration: 5.6
 seed: 5
 """
 

@@ -118,12 +118,18 @@ def shuffled(found, wait_ns, seed):
     return [(arrival, msg) for arrival, _, msg in sorted(delayed, key=lambda item: item[:2])]
 
 
-def test_fifty_orders_of_arrival_give_the_same_bytes(tmp_path):
-    robot = robot_file.load_robot(ROBOT)
+def mixed(robot):
+    """0.4 s of joint_states and IMU with a given pose and a reset in between."""
     found = [(at, msg) for at, msg in simulated(robot, 0.4)
              if not isinstance(msg, Int64MultiArray)]
     found.insert(len(found) // 2, (0, pose_message(START + 203_000_000, 5.0)))
     found.insert(3 * len(found) // 4, (0, reset_message(START + 300_000_000)))
+    return found
+
+
+def test_fifty_orders_of_arrival_give_the_same_bytes(tmp_path):
+    robot = robot_file.load_robot(ROBOT)
+    found = mixed(robot)
     wait_ns = round(robot.estimator.reorder_wait * 1e9)
     tracks = set()
     orders = set()
@@ -165,10 +171,7 @@ def replayed(robot, bag, out):
 
 def test_a_replayed_bag_gives_the_bytes_of_the_intake(tmp_path):
     robot = robot_file.load_robot(ROBOT)
-    found = [(at, msg) for at, msg in simulated(robot, 0.4)
-             if not isinstance(msg, Int64MultiArray)]
-    found.insert(len(found) // 2, (0, pose_message(START + 203_000_000, 5.0)))
-    found.insert(3 * len(found) // 4, (0, reset_message(START + 300_000_000)))
+    found = mixed(robot)
     arrivals = shuffled(found, round(robot.estimator.reorder_wait * 1e9), 7)
     live = track_of(robot, arrivals, tmp_path / 'live')
     assert replayed(robot, record(tmp_path / 'bag', arrivals), tmp_path / 'out') == live

@@ -9,14 +9,12 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from mecanum_base.core.parameter import FloatArray, IntArray
 from mecanum_base.demo.result import DemoResult
 from mecanum_base.demo.table import error_rows
 from mecanum_base.report.page import Section, Table, write_page
 
 TRUTH, WHEELS, FUSED = '#7f8a96', '#e07b00', '#0b7fd6'
 WHEEL_COLOURS = ('#0b7fd6', '#e07b00', '#2a9d5c', '#b0479e', '#c4413b', '#7a6ae0')
-SIGMAS_95 = 2.448  # radius of the 95 % ellipse of two dimensions, in sigmas
 MOST_POINTS = 4000  # a curve is thinned to this many points, the page stays small
 
 
@@ -58,13 +56,10 @@ def _thin(count: int) -> slice:
     return slice(None, None, max(1, math.ceil(count / MOST_POINTS)))
 
 
-def _seconds(result: DemoResult, stamp_ns: IntArray) -> FloatArray:
-    return np.round((stamp_ns - result.truth.stamp_ns[0]) * 1e-9, 4)
-
 
 def _phases(figure: go.Figure, result: DemoResult) -> None:
     for phase in result.phases:
-        start = float(_seconds(result, np.array([phase.start_ns]))[0])
+        start = float(result.seconds(np.array([phase.start_ns]))[0])
         figure.add_vline(x=start, line=dict(color=TRUTH, width=1, dash='dot'))
         figure.add_annotation(x=start, y=1.0, yref='paper', text=phase.name, showarrow=False,
                               xanchor='left', yanchor='top', font=dict(size=11))
@@ -87,20 +82,16 @@ def _trajectories(result: DemoResult) -> go.Figure:
 def _errors(result: DemoResult) -> go.Figure:
     figure = go.Figure()
     fused, wheel = result.fused_error, result.wheel_only_error
-    if result.fused.covariance is not None:
-        inside = result.fused.within(int(result.truth.stamp_ns[0]),
-                                     int(result.truth.stamp_ns[-1]))
-        assert inside.covariance is not None
-        largest = np.linalg.eigvalsh(inside.covariance[:, :2, :2])[:, 1]
-        part = _thin(len(largest))
+    bound = result.own_bound()
+    if bound is not None:
+        part = _thin(len(bound[0]))
         figure.add_scatter(
-            x=_seconds(result, inside.stamp_ns)[part],
-            y=np.round(SIGMAS_95 * np.sqrt(largest), 5)[part], mode='lines',
+            x=bound[0][part], y=np.round(bound[1], 5)[part], mode='lines',
             name='95 % of its own covariance', fill='tozeroy',
             line=dict(color=FUSED, width=0), fillcolor='rgba(11,127,214,0.18)')
     for name, error, colour in (('wheel-only', wheel, WHEELS), ('fused', fused, FUSED)):
         part = _thin(len(error.distance))
-        figure.add_scatter(x=_seconds(result, error.stamp_ns)[part],
+        figure.add_scatter(x=result.seconds(error.stamp_ns)[part],
                            y=np.round(error.distance, 5)[part], name=name, mode='lines',
                            line=dict(color=colour, width=2))
     _phases(figure, result)
@@ -115,16 +106,16 @@ def _slip(result: DemoResult) -> go.Figure:
     figure = make_subplots(rows=2, cols=1, shared_xaxes=True, row_heights=[0.4, 0.6],
                            vertical_spacing=0.08)
     part, true_part = _thin(len(slip.stamp)), _thin(len(slip.true_stamp))
-    figure.add_heatmap(x=_seconds(result, slip.stamp)[part], y=list(result.joint),
+    figure.add_heatmap(x=result.seconds(slip.stamp)[part], y=list(result.joint),
                        z=np.round(slip.probability[part].T, 3), zmin=0.0, zmax=1.0,
                        colorscale=[[0, 'rgba(127,138,150,0.12)'], [1, '#c4413b']],
                        colorbar=dict(title='P(slip)', len=0.4, y=0.8), row=1, col=1)
     for index, joint in enumerate(result.joint):
         colour = WHEEL_COLOURS[index % len(WHEEL_COLOURS)]
-        figure.add_scatter(x=_seconds(result, slip.stamp)[part],
+        figure.add_scatter(x=result.seconds(slip.stamp)[part],
                            y=np.round(slip.speed[part, index], 4), name=joint, mode='lines',
                            line=dict(color=colour, width=1.5), row=2, col=1)
-        figure.add_scatter(x=_seconds(result, slip.true_stamp)[true_part],
+        figure.add_scatter(x=result.seconds(slip.true_stamp)[true_part],
                            y=np.round(slip.true_speed[true_part, index], 4), mode='lines',
                            name=f'{joint} (true)', showlegend=False,
                            line=dict(color=colour, width=1.5, dash='dot'), row=2, col=1)
@@ -141,10 +132,10 @@ def _wheels(result: DemoResult) -> go.Figure:
     part, sent = _thin(len(wheels.stamp)), _thin(len(wheels.command_stamp))
     for index, joint in enumerate(result.joint):
         colour = WHEEL_COLOURS[index % len(WHEEL_COLOURS)]
-        figure.add_scatter(x=_seconds(result, wheels.stamp)[part],
+        figure.add_scatter(x=result.seconds(wheels.stamp)[part],
                            y=np.round(wheels.rate[part, index], 3), name=joint, mode='lines',
                            line=dict(color=colour, width=1.5))
-        figure.add_scatter(x=_seconds(result, wheels.command_stamp)[sent],
+        figure.add_scatter(x=result.seconds(wheels.command_stamp)[sent],
                            y=np.round(wheels.command[sent, index], 3), name=f'{joint} (commanded)',
                            mode='lines', line=dict(color=colour, width=1.5, dash='dot'),
                            showlegend=False)

@@ -8,11 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mecanum_base.core.parameter import FloatArray, IntArray
 from mecanum_base.demo.result import DemoResult
 
 TRUTH, WHEELS, FUSED = '0.6', '#e07b00', '#0b7fd6'
-SIGMAS_95 = 2.448  # radius of the 95 % ellipse of two dimensions, in sigmas
 
 
 def write_picture(path: pathlib.Path, result: DemoResult) -> None:
@@ -25,9 +23,6 @@ def write_picture(path: pathlib.Path, result: DemoResult) -> None:
     figure.suptitle(f'mecanum_base demo: {result.name}', fontsize=13)
     figure.savefig(path, dpi=110)
 
-
-def _seconds(result: DemoResult, stamp_ns: IntArray) -> FloatArray:
-    return (stamp_ns - result.truth.stamp_ns[0]) * 1e-9
 
 
 def _way(axes: Axes, result: DemoResult) -> None:
@@ -42,15 +37,12 @@ def _way(axes: Axes, result: DemoResult) -> None:
 
 def _error(axes: Axes, result: DemoResult) -> None:
     fused, wheel = result.fused_error, result.wheel_only_error
-    if result.fused.covariance is not None:
-        inside = result.fused.within(int(result.truth.stamp_ns[0]),
-                                     int(result.truth.stamp_ns[-1]))
-        assert inside.covariance is not None
-        largest = np.linalg.eigvalsh(inside.covariance[:, :2, :2])[:, 1]
-        axes.fill_between(_seconds(result, inside.stamp_ns), 0, SIGMAS_95 * np.sqrt(largest),
-                          color=FUSED, alpha=0.15, linewidth=0, label='95 % of its covariance')
-    axes.plot(_seconds(result, wheel.stamp_ns), wheel.distance, color=WHEELS, label='wheel-only')
-    axes.plot(_seconds(result, fused.stamp_ns), fused.distance, color=FUSED, label='fused')
+    bound = result.own_bound()
+    if bound is not None:
+        axes.fill_between(bound[0], 0, bound[1], color=FUSED, alpha=0.15, linewidth=0,
+                          label='95 % of its covariance')
+    axes.plot(result.seconds(wheel.stamp_ns), wheel.distance, color=WHEELS, label='wheel-only')
+    axes.plot(result.seconds(fused.stamp_ns), fused.distance, color=FUSED, label='fused')
     _phases(axes, result)
     axes.set(ylabel='error [m]', title='Position error', ylim=(0, None))
     axes.legend(frameon=False, loc='center left', fontsize=9)
@@ -59,14 +51,14 @@ def _error(axes: Axes, result: DemoResult) -> None:
 def _slip(axes: Axes, result: DemoResult) -> None:
     slip = result.slip
     true = np.max(np.abs(slip.true_speed), axis=1)
-    seconds = _seconds(result, slip.true_stamp)
+    seconds = result.seconds(slip.true_stamp)
     axes.plot(seconds, true, color=TRUTH, linewidth=3.0, label='true, worst wheel')
     index = np.argmax(np.abs(slip.speed) * (slip.probability > 0.5), axis=1)
     claimed = np.where(slip.body_probability >= 0.5,
                        np.abs(slip.speed)[np.arange(len(index)), index], 0.0)
-    axes.plot(_seconds(result, slip.stamp), claimed, color=FUSED, linewidth=1.2,
+    axes.plot(result.seconds(slip.stamp), claimed, color=FUSED, linewidth=1.2,
               label='claimed, worst wheel')
-    axes.fill_between(_seconds(result, slip.stamp), 0, slip.body_probability,
+    axes.fill_between(result.seconds(slip.stamp), 0, slip.body_probability,
                       transform=axes.get_xaxis_transform(), color='#c4413b', alpha=0.18,
                       linewidth=0, label='P(any wheel slips)')
     _phases(axes, result)
@@ -76,7 +68,7 @@ def _slip(axes: Axes, result: DemoResult) -> None:
 
 def _phases(axes: Axes, result: DemoResult) -> None:
     for phase in result.phases:
-        start = float(_seconds(result, np.array([phase.start_ns]))[0])
+        start = float(result.seconds(np.array([phase.start_ns]))[0])
         axes.axvline(start, color='0.7', linewidth=0.8, linestyle=':')
         axes.text(start, 0.98, f' {phase.name}', transform=axes.get_xaxis_transform(),
                   va='top', fontsize=8, color='0.35')

@@ -10,6 +10,8 @@ import numpy as np
 from mecanum_base.core.parameter import FloatArray, IntArray
 from mecanum_base.demo.comparison import SlipScore, Track, TrackError, track_error
 
+SIGMAS_95 = 2.448  # radius of the 95 % ellipse of two dimensions, in sigmas
+
 
 @dataclass(frozen=True, slots=True)
 class Phase:
@@ -79,6 +81,22 @@ class DemoResult:
             yaw = np.unwrap(track.within(phase.start_ns, phase.end_ns).pose[:, 2])
             found.append(float(np.max(np.abs(yaw - yaw[0]))) if len(yaw) else math.nan)
         return found[0], found[1]
+
+    def seconds(self, stamp_ns: IntArray) -> FloatArray:
+        """Stamps as seconds since the truth begins, to 0.1 ms."""
+        return np.round((stamp_ns - self.truth.stamp_ns[0]) * 1e-9, 4)
+
+    def own_bound(self) -> tuple[FloatArray, FloatArray] | None:
+        """(time [s], radius [m]) that the odometry itself claims for 95 % of its errors in x, y.
+
+        The larger half axis of the ellipse of its covariance; None if it has none.
+        """
+        if self.fused.covariance is None:
+            return None
+        inside = self.fused.within(int(self.truth.stamp_ns[0]), int(self.truth.stamp_ns[-1]))
+        assert inside.covariance is not None
+        largest = np.linalg.eigvalsh(inside.covariance[:, :2, :2])[:, 1]
+        return self.seconds(inside.stamp_ns), SIGMAS_95 * np.sqrt(largest)
 
     def consistency(self) -> float:
         """Median over time of e' P^-1 e for (x, y); 1.39 for a perfect covariance."""
