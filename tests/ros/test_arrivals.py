@@ -80,3 +80,30 @@ def test_a_destroyed_subscription_is_asked_no_more(script):
     script.connect()
     script.publish(publisher, String(data='x'))
     assert heard == ['x']
+
+
+def test_a_stream_that_never_pauses_is_handled_all_the_same(monkeypatch):
+    """A computer that cannot keep up must not collect messages for ever."""
+    from contextlib import nullcontext
+    from types import SimpleNamespace
+
+    from mecanum_base.ros import arrivals
+    monkeypatch.setattr(arrivals, 'MOST', 10**9)
+    made = iter(range(10**9))
+
+    class Endless(nullcontext):
+        def __init__(self):
+            super().__init__()
+            self.left = 0
+
+        def take_message(self, *_):
+            self.left = (self.left + 1) % 4  # three messages every time it is asked
+            number = next(made)
+            return (number, {'received_timestamp': number + 1}) if self.left else None
+
+    node = SimpleNamespace(get_clock=lambda: SimpleNamespace(ros_time_is_active=False))
+    group, handled = arrivals.Arrivals(node), []
+    group._taps = [(SimpleNamespace(handle=Endless(), msg_type=None, raw=False),
+                    lambda message, _: handled.append(message))]
+    group._serve(-1, 1, lambda message, _: handled.append(message))
+    assert len(handled) > 10 and handled == sorted(handled)

@@ -8,6 +8,7 @@ waits on all its topics at once and handles it in the order in which it arrived.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -15,6 +16,7 @@ from rclpy.subscription import Subscription
 
 Handle = Callable[[Any, int], None]
 MOST = 2000  # messages taken before any is handled
+LONGEST = 0.02  # s of taking; a computer that cannot keep up must not only collect
 
 
 class Arrivals:
@@ -46,10 +48,11 @@ class Arrivals:
         """Handle the message that woke us and all that wait, in the order of arrival.
 
         The topics are asked until a whole round finds nothing: what came on the first of them
-        while the last was asked must not be overtaken.
+        while the last was asked must not be overtaken. That ends after LONGEST: what is left then
+        is overtaken by a few milliseconds at most.
         """
-        waiting = [(received, 0, handle, first)]
-        while self._take_all(waiting):
+        waiting, end = [(received, 0, handle, first)], time.monotonic() + LONGEST
+        while self._take_all(waiting) and time.monotonic() < end:
             pass
         waiting.sort(key=lambda item: item[:2])
         for came, _, call, message in waiting:
