@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import driving
 
-from mecanum_base.bag.analysis.calibrate_bags import fitted
+from mecanum_base.bag.analysis.calibrate_bags import fitted, time_offset
 from mecanum_base.bag.analysis.drift import Track
 from mecanum_base.bag.analysis.evidence import Evidence
 from mecanum_base.bag.analysis.motion import Gyro, WheelMotion
@@ -45,7 +45,9 @@ def one(seed, truth=True, imu=True, accelerometer=True, mounted=(2.0, 2.0, 5.0),
     setting = dict(seconds=80.0, radius=driving.RADIUS * rho * (1.0 + spread),
                    lever=(driving.LX + driving.LY) * lam, lateral=kappa, gyro_scale=gyro,
                    truth_noise=0.002, zero_g=0.5 * generator.normal(size=3),
-                   floor=np.radians(0.3) * generator.normal(size=2))
+                   floor=np.radians(0.3) * generator.normal(size=2),
+                   imu_late=generator.uniform(-0.03, 0.08))
+    late = {**setting, **options}['imu_late']
     made = driving.drive(seed=seed, **{**setting, **options})
     turn = Rotation.from_euler('z', z) * Rotation.from_rotvec([x, y, 0.0])
     cross = 0.012 * generator.normal(size=(3, 3))
@@ -56,9 +58,13 @@ def one(seed, truth=True, imu=True, accelerometer=True, mounted=(2.0, 2.0, 5.0),
     motion = WheelMotion(driving.JOINTS, made.wheel_ns, made.angle)
     evidence = Evidence(ROBOT, motion, Gyro(made.imu_ns, made.gyro, made.accel) if imu else None,
                         Track(made.truth_ns, made.pose) if truth else None, None)
-    return fitted([evidence], [0.0], MATRIX), {
+    offsets = []
+    found = fitted([evidence], [time_offset(evidence, offsets)], MATRIX)
+    found.constants += offsets
+    return found, {
         'forward': rho, 'sideways': rho * kappa, 'turning': rho / lam, 'gyro scale': gyro,
-        'wheels': 1.0 + spread, 'about x (roll)': x, 'about y (pitch)': y, 'about z (yaw)': z}
+        'wheels': 1.0 + spread, 'about x (roll)': x, 'about y (pitch)': y, 'about z (yaw)': z,
+        'gyro time offset [s]': late}
 
 
 def covered(found, real):
@@ -81,7 +87,8 @@ def given(found, name):
 
 UNEXCITED = {  # what must be refused: (name of the value, motion that does not excite it)
     'forward': dict(forward=0.0), 'sideways': dict(sideways=0.0), 'turning': dict(turning=0.0),
-    'gyro scale': dict(turning=0.0), 'about z (yaw)': dict(forward=0.0, sideways=0.0),
+    'gyro scale': dict(turning=0.0), 'gyro time offset [s]': dict(turning=0.0),
+    'about z (yaw)': dict(forward=0.0, sideways=0.0),
     'about x (roll)': dict(turning=0.0, accelerometer=False),
     'about y (pitch)': dict(turning=0.0, accelerometer=False)}
 
@@ -96,11 +103,11 @@ def main(runs):
                     counts.setdefault(name, []).append(value)
         print(label)
         for name, values in counts.items():
-            print(f'  {name:16s} covered {100 * np.mean(values):5.1f} % of {len(values)}',
+            print(f'  {name:20s} covered {100 * np.mean(values):5.1f} % of {len(values)}',
                   flush=True)
     for name, still in UNEXCITED.items():
         count = sum(given(one(seed, **still)[0], name) for seed in range(runs))
-        print(f'not excited {name:16s}: given {count} times of {runs}', flush=True)
+        print(f'not excited {name:20s}: given {count} times of {runs}', flush=True)
     return 0
 
 

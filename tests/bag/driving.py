@@ -96,12 +96,10 @@ def drive(seed=1, seconds=60.0, forward=0.5, sideways=0.5, turning=0.8, radius=R
     for wheel in range(4):  # creep: slowly varying share of the rate
         rates[:, wheel] *= 1.0 + creep * np.interp(t, np.arange(0, seconds + 1, 1.0),
                                                    generator.normal(size=int(seconds) + 1))
-    angle = np.vstack([np.zeros(4), np.cumsum(rates * dt, axis=0)])[:-1]
-    yaw = np.concatenate(([0.0], np.cumsum(wz * dt)))[:-1]
+    angle = integral(rates, dt)
+    yaw = integral(wz, dt)
     c, s = np.cos(yaw), np.sin(yaw)
-    pose = np.column_stack([np.cumsum((c * vx - s * vy) * dt), np.cumsum((s * vx + c * vy) * dt),
-                            yaw])
-    pose -= pose[0]
+    pose = np.column_stack([integral(c * vx - s * vy, dt), integral(s * vx + c * vy, dt), yaw])
     wheel = slice(0, count, 2)
     quantum = 2 * np.pi / 4096
     push = np.gradient(twist[:, :2], dt, axis=0)
@@ -118,6 +116,13 @@ def drive(seed=1, seconds=60.0, forward=0.5, sideways=0.5, turning=0.8, radius=R
     seen = pose[::4] + generator.normal(size=pose[::4].shape) * truth_noise
     return Drive(stamp[wheel], np.round(angle[wheel] / quantum) * quantum,
                  stamp + int(imu_late * 1e9), gyro, accel, stamp[::4], seen, target)
+
+
+def integral(rate, dt):
+    """Integral of samples dt apart, trapezoidal: a held rate would be half a step late."""
+    found = np.zeros_like(rate)
+    found[1:] = np.cumsum((rate[1:] + rate[:-1]) * dt / 2.0, axis=0)
+    return found
 
 
 def mount(made, rotation, gyro_cross=None, accel_cross=None):

@@ -16,6 +16,7 @@ from mecanum_base.core.parameter import FloatArray, IntArray
 GRID = 0.02  # s
 REACH = 0.3  # s: offsets tried
 _WINDOW = 0.1  # s of smoothing for both: encoders are coarse
+_LASTING = 1.4  # times the variance: creep lasts longer than a window (measured coverage)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,6 +105,6 @@ def _vertex(shifts: FloatArray, cost: FloatArray, best: int, count: int) -> tupl
     if curve <= 0.0:
         return float(shifts[best]), float('inf')
     step = float(shifts[1] - shifts[0])
-    variance = b / count * (_WINDOW / GRID)  # neighbours share a window
+    variance = _LASTING * b / count * (_WINDOW / GRID)  # neighbours share a window
     return float(shifts[best] + step * 0.5 * (a - c) / curve), float(
         step * np.sqrt(2.0 * variance / curve))

@@ -37,7 +37,7 @@ def calibrate_bags(paths: list[str], robot: Robot, options: Any, update: Update)
                             not options.no_imu, options.truth_topic,
                             functools.partial(_step, update, number, len(paths)))
         evidences.append(found)
-        late.append(_offset(found, offsets))
+        late.append(time_offset(found, offsets))
     result = fitted(evidences, late, matrix)
     if result is None:
         raise BagError(f'{", ".join(paths)}: too short to calibrate: at least 8 s with wheels and '
@@ -79,7 +79,7 @@ def _step(update: Update, number: int, total: int, share: float) -> None:
     update((number + share) / total, f'{number + 1} of {total}')
 
 
-def _offset(found: Evidence, offsets: list[Value]) -> float:
+def time_offset(found: Evidence, offsets: list[Value]) -> float:
     """Time offset of the gyro, found without geometry; adds it to the constants."""
     if found.gyro is None:
         return 0.0
