@@ -153,7 +153,7 @@ def test_the_command_writes_a_file_whose_odometry_is_better(tmp_path, make):
 
 def test_a_folder_that_holds_bags_serves_too(tmp_path, make):
     (tmp_path / 'runs').mkdir()
-    made = driving.drive(seed=5, seconds=40.0)
+    made = driving.drive(seed=5, seconds=24.0)
     bag_of(make, tmp_path / 'runs' / 'a.mcap', made)
     (tmp_path / 'robot.yaml').write_text(driving.YAML)
     for verb, more in (('calibrate', ['--out', str(tmp_path / 'new.yaml')]), ('doctor', [])):

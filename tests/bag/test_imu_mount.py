@@ -73,6 +73,17 @@ def test_an_accelerometer_without_gravity_leaves_the_level_to_the_turning_axis()
     assert found.turns['x'].given and 'gravity' not in found.turns['x'].verdict
 
 
+def test_an_accelerometer_without_a_gyro_still_tells_the_yaw():
+    made = driving.drive(seed=4, seconds=50.0)
+    driving.mount(made, Rotation.from_euler('z', 4, degrees=True).as_matrix())
+    made.gyro[:] = np.nan
+    evidence = Evidence(robot(), WheelMotion(driving.JOINTS, made.wheel_ns, made.angle),
+                        Gyro(made.imu_ns, made.gyro, made.accel), None, None)
+    found = mount_fit([evidence], [0.0], coverage.MATRIX)
+    assert found.turns['z'].value == pytest.approx(math.radians(4), abs=math.radians(0.6))
+    assert 'turn two times' in found.turns['x'].verdict
+
+
 def test_the_true_pose_serves_where_the_wheels_do_not():
     turn = Rotation.from_euler('z', 5, degrees=True).as_matrix()
     alone = fit(robot(), turn, wheel_factor=0.5)

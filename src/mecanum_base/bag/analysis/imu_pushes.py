@@ -53,10 +53,15 @@ def heading_of(gyro: Gyro, motion: WheelMotion) -> FloatArray:
 
 
 def wheel_track(motion: WheelMotion, matrix: FloatArray, gyro: Gyro, late_ns: int) -> Track:
-    """Dead reckoning with the wheels' way and the gyro's heading, on the wheels' stamps."""
+    """Dead reckoning with the wheels' way and the gyro's heading (without a gyro the wheels'), on
+    the wheels' stamps."""
     step = np.diff(motion.angle, axis=0) @ body_from_wheels(matrix).T
-    at = (motion.stamp_ns - (gyro.stamp_ns[0] - late_ns)) / 1e9
-    heading = np.interp(at, (gyro.stamp_ns - gyro.stamp_ns[0]) / 1e9, heading_of(gyro, motion))
+    if np.isfinite(gyro.rate[:, 2]).mean() > 0.9:
+        at = (motion.stamp_ns - (gyro.stamp_ns[0] - late_ns)) / 1e9
+        heading = np.interp(at, (gyro.stamp_ns - gyro.stamp_ns[0]) / 1e9,
+                            heading_of(gyro, motion))
+    else:
+        heading = np.concatenate(([0.0], np.cumsum(step[:, 2])))
     middle = (heading[1:] + heading[:-1]) / 2.0
     c, s = np.cos(middle), np.sin(middle)
     x = np.concatenate(([0.0], np.cumsum(c * step[:, 0] - s * step[:, 1])))
