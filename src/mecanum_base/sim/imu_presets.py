@@ -11,11 +11,11 @@ give typical values at 25 degrees C.
               cross axis +-2 % [s], 16384 LSB/g [s]
               RM-MPU-6000A-00 rev. 4.2, 4.3: DLPF_CFG 2 = 94 Hz (accel), 98 Hz (gyro) [q]
     BNO055    Bosch BST-BNO055-DS000 rev. 1.4
-      0.2     table 0-2: gyro 0.014 deg/s/rtHz [-], zero rate +-1 deg/s [-], sensitivity +-1 % [-],
-              cross axis +-1 % [-]; accelerometer 150 ug/rtHz [-], zero-g +-80 mg [q],
-              sensitivity +-1 % [-], cross axis +-1 % [-]
-      3.5     ranges at power-on 2000 deg/s, 4 g [-]; 47 Hz is one of the gyro's bandwidths, at
-              which the sheet states its noise [-]
+      0.2     table 0-2: gyro 0.014 deg/s/rtHz [q], zero rate +-1 deg/s [-], sensitivity +-1 % [-],
+              cross axis +-1 % [-]; accelerometer 150 ug/rtHz (190 at most) [q], zero-g +-80 mg
+              [q], sensitivity +-1 % [-], cross axis +-1 % [-]
+      3.5     ranges at power-on 2000 deg/s [-], 4 g [q]; 47 Hz is one of the gyro's bandwidths,
+              at which the sheet states its noise [-]
       3.6     tables 3-22 and 3-33: 16 LSB/(deg/s) [s], 100 LSB/(m/s2) [s]
     BMI088    Bosch BST-BMI088-DS001 rev. 1.9
       1       gyro 0.014 deg/s/rtHz [q], zero rate +-1 deg/s [q], sensitivity +-1 % [-], cross axis
