@@ -137,7 +137,8 @@ def bag_of(make, path, made, names=driving.JOINTS):
 
 
 def test_the_command_writes_a_file_whose_odometry_is_better(tmp_path, make):
-    made = driving.drive(seed=5, seconds=60.0, radius=0.052, lever=0.37, lateral=0.95)
+    made = driving.drive(seed=5, seconds=60.0, lever=0.37, lateral=0.95,
+                         radius=0.052 * np.array([0.98, 1.02, 1.02, 0.98]))
     path = bag_of(make, tmp_path / 'a.mcap', made)
     (tmp_path / 'robot.yaml').write_text(driving.YAML)
     command = [sys.executable, '-m', 'mecanum_base', 'calibrate', path, '--robot',
@@ -145,6 +146,7 @@ def test_the_command_writes_a_file_whose_odometry_is_better(tmp_path, make):
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ''
+    assert '--per-wheel writes' in done.stdout
     base = Robot.from_mapping(parse_parameters((tmp_path / 'new.yaml').read_text(), 'new')).base
     scale = body_from_wheels(wheels_from_body(base)) / body_from_wheels(
         wheels_from_body(coverage.ROBOT.base))
