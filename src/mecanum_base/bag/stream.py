@@ -24,8 +24,8 @@ from mecanum_base.bag.decode import (
     wheel_readings,
 )
 from mecanum_base.bag.topics import HEADER, POSE, TF, Topics
-from mecanum_base.core.estimation.run_kernel import FRAME as FRAME_KIND
-from mecanum_base.core.estimation.run_kernel import IMU as IMU_KIND
+from mecanum_base.core.estimation.layout import FRAME as FRAME_KIND
+from mecanum_base.core.estimation.layout import IMU as IMU_KIND
 from mecanum_base.core.estimation.stretch import Stretch
 from mecanum_base.core.parameter import IntArray
 from mecanum_base.core.records import ImuSample, Sample, TickSample, WheelSample

@@ -16,12 +16,15 @@ from mecanum_base.core.estimation.geometry import (
     rolling_rows,
     travel_per_radian,
 )
+from mecanum_base.core.estimation.hindsight import SLOTS, TAPE
 from mecanum_base.core.estimation.hypotheses import Hypotheses, build
 from mecanum_base.core.estimation.layout import (
     BAX,
     BAY,
     BG,
     BLOCK,
+    BSX,
+    BSY,
     CLOCK_SIZE,
     FLAT,
     JITTER,
@@ -30,10 +33,12 @@ from mecanum_base.core.estimation.layout import (
     KG,
     KL,
     KY,
+    LEAN_ZZ,
     M_SIZE,
     PAST,
     PX,
     PY,
+    REEL_SIZE,
     SIGMA,
     SLOPE,
     STRETCH,
@@ -44,6 +49,7 @@ from mecanum_base.core.estimation.layout import (
     K,
     Memory,
 )
+from mecanum_base.core.estimation.lean import GRAVITY, LEAK
 from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.estimation.output import row_size
 from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
@@ -53,6 +59,7 @@ from mecanum_base.core.platform.carriers import Carriers
 
 FINEST = 5e-5  # m, no encoder on wheels with rollers is better than this
 START_JITTER = 3e-4  # s
+TILT = 0.2  # m/s^2 of gravity that a floor or mount not quite level lets x and y feel
 
 
 def hypotheses_of(base: Base) -> Hypotheses:
@@ -72,7 +79,8 @@ def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: Estimat
         lever_x=float(imu.xyz[0]), lever_y=float(imu.xyz[1]), imu_gap=0.03,
         gyro_noise=tuning.gyro_noise, gyro_shake=8e-4,
         accel_noise=tuning.accel_noise, accel_shake=0.004,
-        gyro_drift=math.radians(8e-4), accel_drift=0.04, blind_turn=2.0, blind_push=0.8,
+        gyro_drift=math.radians(8e-4), accel_drift=0.04, sensor_drift=0.002,
+        blind_turn=2.0, blind_push=0.8,
         traction_time=0.01, scale_time=0.3, rolling_noise=0.0015, traction_noise=0.001,
         creep_time=0.12, creep_rest=0.0, creep_traction=0.008, creep_hard=0.03,
         creep_loose=0.0, creep_limit=0.3, creep_edge=0.03,
@@ -84,7 +92,7 @@ def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: Estimat
         calm_span=0.025, calm_push=0.5, calm_slip=0.03,
         loose_sigma=3.0, regrip_factor=0.03, flat_speed=0.03,
         extra_creep=500.0, extra_time=0.15,
-        drift_apart=0.06, patience=1.5,
+        drift_apart=0.02, patience=5.0,
         rest_window=0.25, rest_travel=1.5 * np.maximum(count, FINEST),
         rest_gyro=0.02, rest_accel=0.25,
         ratio_window=0.5, ratio_travel=0.05,
@@ -99,7 +107,7 @@ def start_covariance(wheels: int, tuning: EstimatorConfig, resolution: FloatArra
     sigma = np.zeros(n)
     sigma[[VX, VY]] = 0.1
     sigma[BG] = tuning.gyro_bias_sigma
-    sigma[[BAX, BAY]] = tuning.accel_bias_sigma
+    sigma[[BAX, BAY]] = TILT
     sigma[KG], sigma[KY], sigma[KL] = (tuning.gyro_scale_sigma, tuning.lateral_sigma,
                                        tuning.lever_sigma)
     sigma[[KAX, KAY]] = tuning.accel_scale_sigma
@@ -107,6 +115,8 @@ def start_covariance(wheels: int, tuning: EstimatorConfig, resolution: FloatArra
     sigma[K + wheels:K + 2 * wheels] = resolution
     covariance = np.diag(sigma ** 2)
     covariance[K:K + wheels, K:K + wheels] += tuning.radius_sigma ** 2
+    for i, j in ((BAX, BSX), (BAY, BSY)):
+        covariance[i:j + 1:j - i, i:j + 1:j - i] += tuning.accel_bias_sigma ** 2
     for i in (PX, PY):
         covariance[i, i] = 1e-8
     covariance[YAW, YAW] = 1e-10
@@ -120,12 +130,25 @@ def memory_of(base: Base, model: Model, tuning: EstimatorConfig) -> Memory:
     m = np.zeros(M_SIZE)
     m[JITTER] = START_JITTER ** 2
     m[STRETCH] = 1.0
+    m[LEAN_ZZ] = (model.accel_drift / GRAVITY / LEAK) ** 2
     wheel = np.zeros((WHEEL_ROWS, w))
     wheel[FLAT] = 1.0
     wheel[SIGMA] = 1.0
+    parts = (np.zeros(n), start_covariance(w, tuning, model.resolution), m,
+             np.ascontiguousarray(rolling_rows(base)),
+             np.array(base.initial_angle) if isinstance(base, Carriers) else np.zeros(0),
+             np.eye(1, len(model.member))[0], wheel, np.zeros((2 * SLOPE, w)),
+             np.zeros((PAST, 1 + 2 * w)), np.zeros(row_size(w)), np.zeros((3, BLOCK)))
+    store = np.concatenate([part.ravel() for part in parts])
+    ends = np.cumsum([part.size for part in parts])
+    x, P, m, rows, hinge, mode, wheel, slope, past, row, block = (
+        store[end - part.size:end].reshape(part.shape) for part, end in zip(parts, ends))
+    kept_ns = np.zeros((SLOTS, 3), dtype=np.int64)
+    kept_ns[:, 1] = -TAPE - 1
     return Memory(
-        x=np.zeros(n), P=start_covariance(w, tuning, model.resolution), m=m,
-        clock=np.zeros(CLOCK_SIZE, dtype=np.int64), rows=np.ascontiguousarray(rolling_rows(base)),
-        hinge=(np.array(base.initial_angle) if isinstance(base, Carriers) else np.zeros(0)),
-        mode=np.eye(1, len(model.member))[0], wheel=wheel, slope=np.zeros((2 * SLOPE, w)),
-        past=np.zeros((PAST, 1 + 2 * w)), row=np.zeros(row_size(w)), block=np.zeros((3, BLOCK)))
+        x=x, P=P, m=m, clock=np.zeros(CLOCK_SIZE, dtype=np.int64), rows=rows, hinge=hinge,
+        mode=mode, wheel=wheel, slope=slope, past=past, row=row, block=block, store=store,
+        kept=np.zeros((SLOTS, len(store))),
+        kept_clock=np.zeros((SLOTS, CLOCK_SIZE), dtype=np.int64), kept_ns=kept_ns,
+        tape=np.zeros((TAPE, max(5, 2 * w))), tape_ns=np.zeros((TAPE, 2), dtype=np.int64),
+        reel=np.zeros(REEL_SIZE, dtype=np.int64))

@@ -212,10 +212,13 @@ class Estimator:
     def _imu(self, sample: ImuSample) -> None:
         gyro, accel = sample.gyro, sample.accel
         if self._plain:
-            wz, ax, ay = float(gyro[2]), float(accel[0]), float(accel[1])
+            roll, pitch, wz = float(gyro[0]), float(gyro[1]), float(gyro[2])
+            ax, ay = float(accel[0]), float(accel[1])
         else:
             turned = self._turn @ accel
-            wz, ax, ay = float(self._turn[2] @ gyro), float(turned[0]), float(turned[1])
+            ax, ay = float(turned[0]), float(turned[1])
+            rate = self._turn @ gyro
+            roll, pitch, wz = float(rate[0]), float(rate[1]), float(rate[2])
         if not abs(wz) <= FASTEST_TURN:
             if not math.isnan(wz):
                 self._counters.reject('imu', 'gyro out of range')
@@ -225,7 +228,7 @@ class Estimator:
             ax = ay = math.nan
         if math.isnan(wz) and math.isnan(ax):
             self._counters.reject('imu', 'not a number')
-        elif self._filter.imu(sample.stamp_ns, wz, ax, ay):
+        elif self._filter.imu(sample.stamp_ns, wz, ax, ay, roll, pitch):
             self._counters.use('imu')
         else:
             self._counters.reject('imu', 'duplicate stamp')

@@ -5,12 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from mecanum_base.core.estimation.assembly import memory_of, model_of
-from mecanum_base.core.estimation.frame import anchor, arm, predict, take_frame, take_imu
+from mecanum_base.core.estimation.frame import anchor, arm, predict
 from mecanum_base.core.estimation.geometry import Base
+from mecanum_base.core.estimation.hindsight import forget
 from mecanum_base.core.estimation.layout import (
     ANGLE,
+    BG,
     CARRIED,
     EXTRA,
+    GAP_X,
+    GAP_YAW,
     JITTER,
     LAST_FRAME,
     LAST_IMU,
@@ -18,10 +22,12 @@ from mecanum_base.core.estimation.layout import (
     NOW,
     PX,
     YAW,
+    K,
     Memory,
 )
 from mecanum_base.core.estimation.model import Model
-from mecanum_base.core.estimation.output import describe, remember, row_size
+from mecanum_base.core.estimation.output import describe, row_size
+from mecanum_base.core.estimation.reading import take_frame, take_imu
 from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
 from mecanum_base.core.estimation.tuning import EstimatorConfig
 from mecanum_base.core.parameter import FloatArray
@@ -48,13 +54,14 @@ class BodyFilter:
         """Stamp of the state."""
         return int(self.memory.clock[NOW])
 
-    def imu(self, stamp_ns: int, gyro: float, accel_x: float, accel_y: float) -> bool:
+    def imu(self, stamp_ns: int, gyro: float, accel_x: float, accel_y: float, roll: float,
+            pitch: float) -> bool:
         """One IMU reading; False where it is older than the state."""
         if not self.started:
             self._start(stamp_ns)
         elif stamp_ns <= self.memory.clock[LAST_IMU] or stamp_ns < self.memory.clock[NOW]:
             return False
-        take_imu(self.model, self.memory, stamp_ns, gyro, accel_x, accel_y)
+        take_imu(self.model, self.memory, stamp_ns, gyro, accel_x, accel_y, roll, pitch)
         return True
 
     def wheels(self, stamp_ns: int, travel: FloatArray, valid: FloatArray,
@@ -70,11 +77,12 @@ class BodyFilter:
             return False
         for i in jumped:
             anchor(model, memory, i, float(travel[i]))
+            forget(memory)
         if integrated:
             dt = (stamp_ns - int(memory.clock[LAST_FRAME])) * 1e-9
             memory.wheel[EXTRA] += (SPEED_NOISE * dt) ** 2
+            forget(memory)
         take_frame(model, memory, stamp_ns, travel, valid)
-        remember(model, memory)
         return self.check()
 
     def predict(self, stamp_ns: int) -> None:
@@ -99,6 +107,8 @@ class BodyFilter:
         P[:, PX:YAW + 1] = 0.0
         P[PX:YAW + 1, PX:YAW + 1] = 0.5 * (covariance + covariance.T)
         self.memory.m[LAST_YAW] = x[YAW]
+        self.memory.m[GAP_X:GAP_YAW + 1] = 0.0
+        forget(self.memory)
         self.row()  # kept: calm frames repeat it
 
     def reset(self) -> None:
@@ -112,7 +122,7 @@ class BodyFilter:
         old = self.memory.x.copy()
         jitter = float(self.memory.m[JITTER])
         self.memory = memory_of(self._base, self.model, self._tuning)
-        keep = [*range(PX, YAW + 1), *range(5, 13 + self.model.wheels)]
+        keep = [*range(PX, YAW + 1), *range(BG, K + self.model.wheels)]
         if np.all(np.isfinite(old[keep])):
             self.memory.x[keep] = old[keep]
             self.memory.m[JITTER] = jitter

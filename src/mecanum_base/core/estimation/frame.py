@@ -6,9 +6,13 @@ import numpy as np
 
 from mecanum_base.core.estimation.acceleration import kernel
 from mecanum_base.core.estimation.geometry import carrier_rows
+from mecanum_base.core.estimation.hindsight import (
+    account,
+)
 from mecanum_base.core.estimation.inertial import carry, read_imu
 from mecanum_base.core.estimation.layout import (
     CARRIED,
+    FORCED,
     HAVE_ACCEL,
     HAVE_GYRO,
     JUDGED,
@@ -39,6 +43,7 @@ from mecanum_base.core.estimation.layout import (
     K,
     Memory,
 )
+from mecanum_base.core.estimation.lean import follow
 from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.estimation.propagation import spread
 from mecanum_base.core.estimation.slip import measure, uncertainty, unlock, watch_slope
@@ -51,14 +56,17 @@ LONGEST = 0.04  # s, longest motion that one covariance step may cover
 
 
 @kernel
-def take_imu(model: Model, memory: Memory, now: int, gyro: float, ax: float, ay: float) -> None:
-    """Use one IMU reading in base axes (gyro z, specific force x, y; NaN = missing)."""
+def step_imu(model: Model, memory: Memory, now: int, gyro: float, ax: float, ay: float,
+             roll: float, pitch: float) -> None:
+    """Use one IMU reading in base axes: gyro z, specific force x, y, gyro x, y; NaN = missing."""
     dt = min((now - memory.clock[LAST_IMU]) * 1e-9, model.imu_gap)
     if memory.m[HAVE_GYRO] == 0.0 or memory.m[HAVE_ACCEL] == 0.0:
         carry(model, memory, now)
         spread(model, memory)  # noise of the blind time belongs to what is past
     read_imu(model, memory, now, gyro, ax, ay)
-    watch(model, memory, gyro, ax, ay, dt)
+    if memory.m[STILL] == 0.0:
+        follow(memory, roll, pitch, dt)
+    watch(model, memory, gyro, ax, ay, roll, pitch, dt)
     if memory.m[SUM_T] > LONGEST:
         spread(model, memory)
 
@@ -104,6 +112,7 @@ def calm(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, span: f
     """
     m, x, w = memory.m, memory.x, model.wheels
     if (span >= model.calm_span or memory.mode[0] < SURE or m[LOOSE_FOR] > 0.0
+            or memory.wheel[FORCED].max() > 0.0
             or abs(m[SLOW_AX]) + abs(m[SLOW_AY]) > model.calm_push
             or np.abs(memory.wheel[SLIP]).max() > model.calm_slip
             or m[HAVE_GYRO] == 0.0 or m[HAVE_ACCEL] == 0.0 or m[LATE] > 0.5
@@ -136,8 +145,8 @@ def still(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, step: 
 
 
 @kernel
-def take_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: FloatArray) -> None:
-    """Use the travel z (W,) m of one encoder frame; ``valid`` (W,) is 1 where it is known."""
+def step_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: FloatArray) -> None:
+    """One frame without a second look."""
     m, clock = memory.m, memory.clock
     step = (now - clock[LAST_FRAME]) * 1e-9
     span = (now - clock[JUDGED]) * 1e-9
@@ -155,7 +164,9 @@ def take_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
     clock[JUDGED] = now
     if still(model, memory, z, valid, step):
         return
+    before = memory.x[:K].copy()
     judge(model, memory, z, valid, span)
+    account(memory, before, span)
     if m[HAVE_GYRO] == 0.0:
         m[WZ] = (memory.x[YAW] - m[LAST_YAW]) / span
     m[LAST_YAW] = memory.x[YAW]

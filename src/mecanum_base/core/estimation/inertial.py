@@ -53,6 +53,7 @@ from mecanum_base.core.estimation.layout import (
     YAW,
     Memory,
 )
+from mecanum_base.core.estimation.lean import turn_offset
 from mecanum_base.core.estimation.model import Model
 
 _SERIES = 1e-4  # rad; below it the series is exact to rounding
@@ -78,6 +79,7 @@ def move(memory: Memory, turn: float, push_x: float, push_y: float, dt: float) -
     x[YAW] = yaw + turn
     x[VX] = vx + dvx
     x[VY] = vy + dvy
+    turn_offset(memory, turn)
     m[SUM_T] += dt
     m[SUM_X] += path_x
     m[SUM_Y] += path_y
@@ -149,6 +151,8 @@ def read_imu(model: Model, memory: Memory, now: int, gyro: float, ax: float, ay:
                       / (1.0 + float(x[KAY])) + wz * wz * model.lever_y * span
                       - change * model.lever_x)
             shake = 0.25 * ((ax - old_x) ** 2 + (ay - old_y) ** 2) * span
+            # a knock is no vibration
+            shake = min(shake, 8.0 * float(m[SHAKE]) + model.accel_noise ** 2)
             m[SHAKE] += (shake - m[SHAKE]) * span / _SHAKE_TIME
         clock[NOW] = now
         move(memory, turn, push_x, push_y, rest)

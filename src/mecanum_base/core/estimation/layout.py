@@ -1,13 +1,14 @@
 """Where each quantity of the filter lives: the error state and the working memory.
 
-State x (N,), N = 13 + 3 W, W wheels:
+State x (N,), N = 15 + 3 W, W wheels:
 
     PX, PY, YAW         pose of base_link in odom                        m, m, rad
     VX, VY              velocity of base_link in its own axes            m/s
     BG, KG              gyro bias and scale error                        rad/s, 1
     KY, KL              errors of lateral gain and of lever (yaw) gain   1
-    BAX, BAY            accelerometer bias + gravity leak                m/s^2
+    BAX, BAY            accelerometer bias + gravity leak of a tilted base  m/s^2
     KAX, KAY            scale errors of the accelerometer                1
+    BSX, BSY            the part of it that is fixed to the sensor       m/s^2
     K .. K+W            scale error of each wheel (radius)               1
     PHI .. PHI+W        travel each wheel would show if nothing slipped  m along its roller axis
     CREEP .. CREEP+W    slow creep of a gripping wheel under traction    m/s along its roller axis
@@ -22,14 +23,16 @@ from typing import NamedTuple
 
 from mecanum_base.core.parameter import FloatArray, IntArray
 
-PX, PY, YAW, VX, VY, BG, KG, KY, KL, BAX, BAY, KAX, KAY, K = range(14)
+PX, PY, YAW, VX, VY, BG, KG, KY, KL, BAX, BAY, KAX, KAY, BSX, BSY, K = range(16)
 
 # scalars of the working memory (Memory.m)
 (HAVE_GYRO, HAVE_ACCEL, GYRO, ACC_X, ACC_Y, DONE_GYRO, DONE_AX, DONE_AY,
  SUM_T, SUM_X, SUM_Y, SUM_YAW, SUM_VX, SUM_VY, SUM_WX, SUM_WY, TURN_NOISE, PUSH_NOISE,
  SHAKE, TREMOR, WZ, LAST_YAW, JITTER, PERIOD, STILL, REST_FOR, QUIET, LOOSE_FOR, LOCKED_FOR,
  GRIP_NIS, PARITY, BODY, LATE, PENDING_T, SLOW_AX, SLOW_AY, SLOW_W, STRETCH,
- SLOW_VX, SLOW_VY, CARRIED, GLIDING, M_SIZE) = range(43)
+ SLOW_VX, SLOW_VY, CARRIED, GLIDING, LEAN_X, LEAN_Y, LEAN_REST, LEAN_XZ, LEAN_YZ, LEAN_ZZ,
+ LEAN_GAIN, LEAN_SEEN, FIX_VX, FIX_VY, FIX_BX, FIX_BY, FIX_PX, FIX_PY,
+ WANDER, GAP_X, GAP_Y, GAP_YAW, M_SIZE) = range(61)
 
 # integers of the working memory (Memory.clock), nanoseconds unless said
 (NOW, LAST_IMU, LAST_FRAME, SLOPE_AT, SLOPE_FILL, LATEST, PAST_AT, PAST_FILL,
@@ -51,14 +54,25 @@ class Memory(NamedTuple):
     past: FloatArray  # (PAST, 1 + 2 W) stamps [s], travel and slid travel of the ratio window
     row: FloatArray  # (row size,) the last full output row
     block: FloatArray  # (3, BLOCK) sums of the standstill detector: current and two before
+    store: FloatArray  # all of the above but the clock in one row: the others are views of it
+    kept: FloatArray  # (SLOTS, len(store)) snapshots of it
+    kept_clock: IntArray  # (SLOTS, CLOCK_SIZE)
+    kept_ns: IntArray  # (SLOTS, 3) stamp, readings before it, second looks left
+    tape: FloatArray  # (TAPE, values) the last readings
+    tape_ns: IntArray  # (TAPE, 2) stamp and kind
+    reel: IntArray  # (REEL_SIZE,) counters named below
 
 
 # rows of Memory.wheel
 (TRAVEL, SLIP, ANGLE, PROBABILITY, EXTRA, REST, FLAT, SLIPPING_FOR, FROZEN_FOR, SIGMA,
- STEP, PENDING, REACH, WHEEL_ROWS) = range(14)
+ STEP, PENDING, REACH, FORCED, WHEEL_ROWS) = range(15)
+
+# entries of Memory.reel
+REEL_COUNT, REEL_SLOT, REEL_SIZE = range(3)
 
 # columns of Memory.block
-B_N, B_T, B_G, B_GG, B_X, B_XX, B_Y, B_YY, B_LOW, B_HIGH, BLOCK = range(11)
+B_N, B_T, B_G, B_GG, B_X, B_XX, B_Y, B_YY, B_LEAN_X, B_LEAN_Y, BLOCK = range(11)
 
+IMU, FRAME = 0, 1  # kinds of reading
 SLOPE = 10  # frames averaged on either side of the slope gate
 PAST = 64  # slots of the ratio window

@@ -20,7 +20,8 @@ class Model(NamedTuple):
     accel_noise: float  # m/s^2/rtHz
     accel_shake: float  # m/s^2/rtHz per m/s of speed
     gyro_drift: float  # rad/s/rts
-    accel_drift: float  # m/s^2/rts
+    accel_drift: float  # m/s^2/rts, floors that tilt the base
+    sensor_drift: float  # m/s^2/rts, the accelerometer itself
     traction_time: float  # s over which acceleration is averaged for traction
     scale_time: float  # s over which speeds are averaged for scale errors
     blind_turn: float  # rad/s, how well the last yaw rate is known without gyro

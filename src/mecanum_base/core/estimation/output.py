@@ -18,6 +18,8 @@ from mecanum_base.core.estimation.layout import (
     ANGLE,
     BG,
     CARRIED,
+    GAP_X,
+    GAP_YAW,
     HAVE_GYRO,
     KG,
     LAST_FRAME,
@@ -119,13 +121,14 @@ def describe(model: Model, memory: Memory, row: FloatArray) -> None:
     wz = float(m[WZ])
     if m[CARRIED] > 0.0:  # nothing but the motion is new
         row[:] = memory.row
-        row[POSE:POSE_COV] = x[PX:YAW + 1]
+        row[POSE:POSE_COV] = x[PX:YAW + 1] + m[GAP_X:GAP_YAW + 1]
         row[TWIST] = x[VX]
         row[TWIST + 1] = x[VY]
         row[TWIST + 2] = wz
         return
-    row[POSE:POSE_COV] = x[PX:YAW + 1]
-    row[POSE_COV:TWIST] = np.ascontiguousarray(P[PX:YAW + 1, PX:YAW + 1]).reshape(9)
+    gap = m[GAP_X:GAP_YAW + 1]
+    row[POSE:POSE_COV] = x[PX:YAW + 1] + gap
+    row[POSE_COV:TWIST] = (P[PX:YAW + 1, PX:YAW + 1] + np.outer(gap, gap)).reshape(9)
     row[TWIST:WHEELS] = 0.0
     if m[STILL] == 0.0:
         row[TWIST] = x[VX]

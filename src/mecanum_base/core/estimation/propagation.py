@@ -25,6 +25,8 @@ from mecanum_base.core.estimation.layout import (
     BAX,
     BAY,
     BG,
+    BSX,
+    BSY,
     EXTRA,
     HAVE_ACCEL,
     HAVE_GYRO,
@@ -59,6 +61,7 @@ from mecanum_base.core.estimation.layout import (
     K,
     Memory,
 )
+from mecanum_base.core.estimation.lean import wander
 from mecanum_base.core.estimation.model import Model
 
 # columns of A behind VX, VY, BG, KG, KY, KL in the rows of the travel states
@@ -112,6 +115,10 @@ def spread(model: Model, memory: Memory) -> None:
     F[VY, KG] = vx * slow_turn
     F[VY, BAY] = -T
     F[VY, KAY] = -m[SLOW_AY] * T
+    F[BAX, BAY] = turn
+    F[BAX, BSY] = -turn
+    F[BAY, BAX] = -turn
+    F[BAY, BSX] = turn
     F[phi:creep, VX:KL + 1] = rows[:, SPREAD] * np.array(
         [even, lateral * even, -lever * even, -lever * slow_turn, slow_y, slow_turn])
     slow_rolled = rows @ np.array([slow_x, lateral * slow_y, lever * slow_turn])
@@ -153,10 +160,14 @@ def spread(model: Model, memory: Memory) -> None:
     G[phi:creep] = rows * np.array([0.5 * T * ra, 0.5 * T * ra, rg])
 
     P = F @ memory.P @ F.T + G @ G.T
-    qba = model.accel_drift ** 2 * T * trust
+    tilt = wander(model, memory) * T * trust
+    sensor = model.sensor_drift ** 2 * T
     P[BG, BG] += model.gyro_drift ** 2 * T
-    P[BAX, BAX] += qba
-    P[BAY, BAY] += qba
+    for b, s in ((BAX, BSX), (BAY, BSY)):
+        P[b, b] += tilt + sensor
+        P[b, s] += sensor
+        P[s, b] += sensor
+        P[s, s] += sensor
     size = np.abs(rolled)
     micro = model.rolling_noise ** 2 + model.traction_noise ** 2 * push
     sigma = model.creep_rest * speed + model.creep_traction * push + model.creep_hard * push * push

@@ -9,9 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from mecanum_base.core.estimation.acceleration import kernel
-from mecanum_base.core.estimation.frame import arm, predict, take_frame, take_imu
+from mecanum_base.core.estimation.frame import arm, predict
 from mecanum_base.core.estimation.layout import (
     CARRIED,
+    FRAME,
     FROZEN_FOR,
     LAST_FRAME,
     LAST_IMU,
@@ -21,10 +22,10 @@ from mecanum_base.core.estimation.layout import (
     Memory,
 )
 from mecanum_base.core.estimation.model import Model
-from mecanum_base.core.estimation.output import describe, remember
+from mecanum_base.core.estimation.output import describe
+from mecanum_base.core.estimation.reading import take_frame, take_imu
 from mecanum_base.core.parameter import FloatArray, IntArray
 
-IMU, FRAME = 0, 1  # kinds of reading
 DONE, SILENCE, BROKEN = 0, 1, 2  # why the run ended
 USED_IMU, STALE_IMU, USED_FRAME = 0, 1, 2  # counters
 STARTED, ARMED, PUBLISHED = 0, 1, 2  # of progress
@@ -36,11 +37,11 @@ def run(model: Model, memory: Memory, kind: IntArray, stamp: IntArray, value: Fl
         row_predicted: IntArray, marks: FloatArray, counts: IntArray) -> tuple[int, int, int]:
     """Take N readings in the order of their stamps.
 
-    ``value`` (N, V): gyro z and acceleration x, y, or the travel (W,) m of a frame; ``limits``:
-    longest silence and period of predictions, ns; ``progress`` (3,): whether the filter has
-    started and is armed, stamp of the last row (-1: none yet); it is changed. One row an estimate
-    goes to ``table`` (R, row size), ``row_stamp``, ``row_predicted`` and ``marks`` (R, 3, W):
-    slip, speed, time frozen. ``counts`` (3,) is added to.
+    ``value`` (N, V): gyro z, acceleration x, y and gyro x, y, or the travel (W,) m of a frame;
+    ``limits``: longest silence and period of predictions, ns; ``progress`` (3,): whether the
+    filter has started and is armed, stamp of the last row (-1: none yet); it is changed. One row
+    an estimate goes to ``table`` (R, row size), ``row_stamp``, ``row_predicted`` and ``marks``
+    (R, 3, W): slip, speed, time frozen. ``counts`` (3,) is added to.
 
     Returns (readings taken, rows written, reason): after SILENCE the next reading needs care,
     after BROKEN the last one has broken the numbers.
@@ -68,7 +69,6 @@ def run(model: Model, memory: Memory, kind: IntArray, stamp: IntArray, value: Fl
             continue
         if kind[k] == FRAME:
             take_frame(model, memory, now, value[k, :w], valid)
-            remember(model, memory)
             counts[USED_FRAME] += 1
             least = memory.P[0, 0]
             for i in range(memory.P.shape[0]):
@@ -84,7 +84,8 @@ def run(model: Model, memory: Memory, kind: IntArray, stamp: IntArray, value: Fl
             if not fresh and (now <= clock[LAST_IMU] or now < clock[NOW]):
                 counts[STALE_IMU] += 1
             else:
-                take_imu(model, memory, now, value[k, 0], value[k, 1], value[k, 2])
+                take_imu(model, memory, now, value[k, 0], value[k, 1], value[k, 2], value[k, 3],
+                         value[k, 4])
                 counts[USED_IMU] += 1
             if progress[PUBLISHED] < 0 or now - progress[PUBLISHED] < limits[1]:
                 continue

@@ -32,6 +32,8 @@ from mecanum_base.core.estimation.layout import (
     SLOPE,
     SLOPE_AT,
     SLOPE_FILL,
+    SLOW_AX,
+    SLOW_AY,
     STEP,
     TRAVEL,
     VX,
@@ -44,7 +46,10 @@ from mecanum_base.core.parameter import FloatArray
 
 SMOOTHING = 0.012  # s
 FROZEN_STEP = 0.25  # counts a wheel may move in a frame and be frozen
-GLIDE_TIME = 0.3  # s of unchanging slip, beyond the slope window, until it is doubted
+GLIDE_TIME = 4.0  # s of unchanging slip until it is doubted
+GLIDE_PUSH = 0.4  # m/s^2, acceleration that sliding wheels do not follow by chance
+GLIDE_SPEED = 0.1  # m/s gained beyond it with unchanging slip until that is doubted
+GLIDE_RATE = 0.3  # s in which doubt reaches half the slip speed
 UNHELD = 0.3  # share of a direction held by gripping wheels below which it counts as unheld
 
 
@@ -107,12 +112,13 @@ def frictionless(memory: Memory, T: float) -> float:
     flat = np.where(wheel[PROBABILITY] > 0.5, wheel[FLAT], 1.0).min()
     turning = np.abs(wheel[STEP]).max() > 0.05
     if flat > 0.0 and turning and slides.max() > 0.1:
-        m[GLIDING] += T
+        push = math.hypot(float(m[SLOW_AX]), float(m[SLOW_AY]))
+        m[GLIDING] += T / GLIDE_TIME + max(0.0, push - GLIDE_PUSH) * T / GLIDE_SPEED
     else:
         m[GLIDING] = 0.0
-    if m[GLIDING] < GLIDE_TIME:
+    if m[GLIDING] < 1.0:
         return 0.0
-    return float((0.5 * slides.max()) ** 2 * T / GLIDE_TIME)
+    return float((0.5 * slides.max()) ** 2 * T / GLIDE_RATE)
 
 
 @kernel

@@ -20,6 +20,8 @@ from mecanum_base.core.estimation.acceleration import kernel
 from mecanum_base.core.estimation.layout import (
     B_G,
     B_GG,
+    B_LEAN_X,
+    B_LEAN_Y,
     B_N,
     B_T,
     B_X,
@@ -29,15 +31,19 @@ from mecanum_base.core.estimation.layout import (
     BAX,
     BAY,
     BG,
+    BSX,
+    BSY,
     EXTRA,
     FLAT,
     HAVE_ACCEL,
     HAVE_GYRO,
     LAST_FRAME,
+    LEAN_SEEN,
     LOCKED_FOR,
     LOOSE_FOR,
     NOW,
     PROBABILITY,
+    PX,
     QUIET,
     REST,
     REST_FOR,
@@ -46,9 +52,11 @@ from mecanum_base.core.estimation.layout import (
     VX,
     VY,
     WZ,
+    YAW,
     K,
     Memory,
 )
+from mecanum_base.core.estimation.lean import FASTEST, rest
 from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.parameter import FloatArray
 
@@ -69,24 +77,37 @@ def scalar(memory: Memory, index: int, innovation: float, variance: float) -> No
 
 @kernel
 def learn(model: Model, memory: Memory) -> None:
-    """Zero velocity and bias updates from the block just finished."""
+    """Zero velocity and bias updates from the block just finished.
+
+    What they say about the way here is left aside: a base that stands must not move in odom, and
+    its pose stays as uncertain as it was (a consider update).
+    """
     b = memory.block[1]
     n = max(float(b[B_N]), 1.0)
     span = max(float(b[B_T]), 1e-3)
     x, P = memory.x, memory.P
     P[BG, BG] += model.gyro_drift ** 2 * span
-    P[BAX, BAX] += model.accel_drift ** 2 * span
-    P[BAY, BAY] += model.accel_drift ** 2 * span
+    sensor = model.sensor_drift ** 2 * span
+    for offset, fixed in ((BAX, BSX), (BAY, BSY)):
+        P[offset, offset] += sensor
+        P[offset, fixed] += sensor
+        P[fixed, offset] += sensor
+        P[fixed, fixed] += sensor
+    pose, doubt = x[PX:YAW + 1].copy(), P[PX:YAW + 1, PX:YAW + 1].copy()
     scalar(memory, VX, -float(x[VX]), REST_SPEED ** 2)
     scalar(memory, VY, -float(x[VY]), REST_SPEED ** 2)
     if memory.m[HAVE_GYRO] > 0.0:
         mean = float(b[B_G]) / n
         noise = max(float(b[B_GG]) / n - mean * mean, 0.0) / n + model.gyro_noise ** 2 / span
         scalar(memory, BG, mean - float(x[BG]), noise)
+    if memory.m[LEAN_SEEN] > 0.0:
+        rest(memory, float(b[B_LEAN_X]) / n, float(b[B_LEAN_Y]) / n, span)
     if memory.m[HAVE_ACCEL] > 0.0:
         noise = model.accel_noise ** 2 / span + 1e-4
         scalar(memory, BAX, float(b[B_X]) / n - float(x[BAX]), noise)
         scalar(memory, BAY, float(b[B_Y]) / n - float(x[BAY]), noise)
+    x[PX:YAW + 1] = pose
+    P[PX:YAW + 1, PX:YAW + 1] = doubt
     memory.P[:, :] = 0.5 * (P + P.T)
 
 
@@ -152,13 +173,16 @@ def familiar(memory: Memory, index: int, mean: float, slack: float) -> bool:
 
 
 @kernel
-def watch(model: Model, memory: Memory, gyro: float, ax: float, ay: float, dt: float) -> None:
+def watch(model: Model, memory: Memory, gyro: float, ax: float, ay: float, roll: float,
+          pitch: float, dt: float) -> None:
     """Take one IMU reading into the blocks; enter, feed or leave the standstill."""
     m, block = memory.m, memory.block
     if math.isnan(gyro):
         return
     if math.isnan(ax) or math.isnan(ay):
         ax = ay = 0.0
+    if not abs(roll) + abs(pitch) < FASTEST:
+        roll = pitch = 0.0
     now = block[0]
     if m[STILL] > 0.0:
         b = block[1]
@@ -181,6 +205,8 @@ def watch(model: Model, memory: Memory, gyro: float, ax: float, ay: float, dt: f
     now[B_XX] += ax * ax
     now[B_Y] += ay
     now[B_YY] += ay * ay
+    now[B_LEAN_X] += roll
+    now[B_LEAN_Y] += pitch
     if now[B_T] < 0.5 * model.rest_window:
         return
     block[2] = block[1]

@@ -22,6 +22,7 @@ from mecanum_base.core.estimation.estimator import (
     ORDER,
     Estimator,
 )
+from mecanum_base.core.estimation.layout import FRAME, IMU
 from mecanum_base.core.estimation.ordering import FAR_NS
 from mecanum_base.core.estimation.output import (
     BODY,
@@ -35,8 +36,6 @@ from mecanum_base.core.estimation.run_kernel import (
     ARMED,
     BROKEN,
     DONE,
-    FRAME,
-    IMU,
     PUBLISHED,
     STALE_IMU,
     STARTED,
@@ -148,8 +147,8 @@ def _run(estimator: Estimator, whole: Stretch, settled: IntArray, stamp: IntArra
          push: FloatArray, turned: FloatArray, stream: str) -> Rows:
     body, angles, wheels = estimator._filter, estimator._angles, estimator._filter.model.wheels
     kind = np.ascontiguousarray(whole.kind[settled])
-    value = np.zeros((len(kind), max(3, wheels)))
-    value[kind == IMU, :3] = push
+    value = np.zeros((len(kind), max(5, wheels)))
+    value[kind == IMU, :5] = push
     value[kind == FRAME, :wheels] = turned * body.model.travel
     table = np.empty((len(kind), row_size(wheels)))
     row_stamp = np.zeros(len(kind), dtype=np.int64)
@@ -244,16 +243,17 @@ def _sample(whole: Stretch, place: int) -> Sample:
 
 
 def _push(estimator: Estimator, gyro: FloatArray, accel: FloatArray) -> FloatArray | None:
-    """Gyro z and acceleration x, y (I, 3) in base axes; None where one is out of range."""
-    found = np.column_stack([gyro[:, 2], accel[:, 0], accel[:, 1]])
+    """Gyro z, acceleration x, y, gyro x, y (I, 5) in base axes; None if one is out of range."""
+    found = np.column_stack([gyro[:, 2], accel[:, 0], accel[:, 1], gyro[:, 0], gyro[:, 1]])
     if not estimator._plain:
         turn = estimator._turn
         for row, (rate, force) in enumerate(zip(gyro, accel)):
             turned = turn @ force
-            found[row] = turn[2] @ rate, turned[0], turned[1]
+            spun = turn @ rate
+            found[row] = spun[2], turned[0], turned[1], spun[0], spun[1]
     wz = found[:, 0]
     wild = ~(np.abs(found[:, 1]) + np.abs(found[:, 2]) <= HARDEST_PUSH)
-    found[wild, 1:] = math.nan
+    found[wild, 1:3] = math.nan
     fast = ~(np.abs(wz) <= FASTEST_TURN) & ~np.isnan(wz)
     if fast.any() or (np.isnan(wz) & wild).any():
         return None

@@ -26,6 +26,7 @@ from mecanum_base.core.estimation.acceleration import kernel
 from mecanum_base.core.estimation.layout import (
     EXTRA,
     FLAT,
+    FORCED,
     GRIP_NIS,
     JITTER,
     KL,
@@ -45,7 +46,7 @@ from mecanum_base.core.estimation.layout import (
 from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.parameter import FloatArray
 
-NEGLIGIBLE = 1e-4  # a hypothesis this improbable takes no part in the update
+NEGLIGIBLE = 0.03  # a hypothesis this improbable moves nothing: doubt repeated is no evidence
 CALM = 2.0  # standard deviations of a residual that is not worth a covariance step
 SURE = 0.99  # probability of grip above which the short path is taken
 LATE_SIGMA = 0.006  # s, size of a late stamp
@@ -163,6 +164,8 @@ def foresee(model: Model, memory: Memory, T: float) -> FloatArray:
         if over > 0.0:  # no wheel creeps this fast and still grips
             over /= max(model.creep_edge, float(memory.wheel[SIGMA, i]))
             factor *= math.exp(-0.5 * min(over * over, 40.0))
+        if memory.wheel[FORCED, i] > 0.0:
+            factor = 1e-12
         if factor < 1.0:
             for m in range(len(p)):
                 if model.member[m, i] == 0.0:
@@ -193,7 +196,8 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
     nis = float(r @ inverse @ r)
     m[GRIP_NIS] = nis
     creeps = np.abs(memory.wheel[SLIP]).max() > model.creep_limit
-    short = memory.mode[0] > SURE and nis < 2.25 * w and not creeps
+    short = (memory.mode[0] > SURE and nis < 2.25 * w and not creeps
+             and memory.wheel[FORCED].max() == 0.0)
     late = 0.0
     if short:
         correct(memory, w, r, S, inverse, memory.wheel[EXTRA])
@@ -211,8 +215,11 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
                 stack[i, j, :count] = S[i, j] + (T * T) * model.likely[i, j]
                 stack[i, j, count] = S[i, j] + late_cov[i, j]
         score = log_likelihood(stack, r)
-        score[:count] += np.log(prior * (1.0 - model.late_weight))
-        score[count] += math.log(model.late_weight * prior[0] + 1e-30)
+        lag = model.late_weight * (1.0 - float(m[LATE]))  # two late ones in a row are no lateness
+        if memory.wheel[FORCED].max() > 0.0:
+            lag = 0.0
+        score[:count] += np.log(prior * (1.0 - lag))
+        score[count] += math.log(lag * prior[0] + 1e-30)
         score = np.exp(score - score.max())
         score /= score.sum()
         late = float(score[count])

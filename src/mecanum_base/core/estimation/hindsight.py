@@ -1,0 +1,228 @@
+"""Second look at the moment a slip began.
+
+The first frames of a slip look like traction or a late stamp and pull the velocity along; when the
+slip is seen, the filter goes back to a snapshot taken shortly before and takes the readings since
+then once more, with the wheels that slip now free from there on:
+
+    slips(now) -> restore(snapshot), for each reading since: take it again, with hypotheses
+                  restricted to those in which these wheels slip
+
+Slip that begins slowly never shows in one frame: the filter takes it for a wrong velocity and a
+wrong accelerometer. Therefore the corrections of velocity and accelerometer offset by the wheels
+are summed up; what the IMU alone says about the velocity since a snapshot of age T follows:
+
+    d = v - v_imu = sum dv - sum(T_k db_k),  T_k the time since correction k
+    sigma^2 = P_v + P_b T^2 + q_a T + q_b T^3/3 + (scale |dv|)^2 + (creep a)^2      at the snapshot
+
+and a wheel with |A_i d| above 4 sigma must have slipped.
+
+The past that was published stays; position and velocity of this moment are as good as if the
+slip had been known in time. Snapshots are whole copies of the memory, the tape holds the readings.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.layout import (
+    BAX,
+    BAY,
+    FIX_BX,
+    FIX_BY,
+    FIX_PX,
+    FIX_PY,
+    FIX_VX,
+    FIX_VY,
+    FORCED,
+    GAP_X,
+    GAP_Y,
+    GAP_YAW,
+    M_SIZE,
+    PROBABILITY,
+    PX,
+    PY,
+    REEL_COUNT,
+    REEL_SLOT,
+    SHAKE,
+    SLOW_AX,
+    SLOW_AY,
+    VX,
+    VY,
+    WANDER,
+    YAW,
+    Memory,
+)
+from mecanum_base.core.estimation.model import Model
+from mecanum_base.core.parameter import FloatArray
+
+SLOTS = 27  # snapshots kept
+EVERY = 40_000_000  # ns between snapshots
+OLDEST = 150_000_000  # ns, age of a snapshot that serves when a slip is seen
+YOUNGEST = 25_000_000  # ns
+TAPE = 1024  # readings
+RERUNS = 4  # second looks that one snapshot may serve
+SHORT = 240_000_000  # ns, least ages of the snapshots that show hidden slip
+LONG = 960_000_000
+GAP_TIME = 0.15  # s in which the published pose runs into a corrected one
+HIDDEN_SPEED = 0.06  # m/s
+HIDDEN_SIGMAS = 4.0
+HIDDEN_CREEP = 0.012  # s, creep of wheels that grip, per acceleration
+
+
+@kernel
+def record(memory: Memory, now: int, kind: int, first: FloatArray, second: FloatArray) -> None:
+    """Put one reading on the tape."""
+    count = memory.reel[REEL_COUNT]
+    at = count % TAPE
+    memory.tape_ns[at, 0] = now
+    memory.tape_ns[at, 1] = kind
+    memory.tape[at, :len(first)] = first
+    memory.tape[at, len(first):len(first) + len(second)] = second
+    memory.reel[REEL_COUNT] = count + 1
+
+
+@kernel
+def keep(memory: Memory, now: int) -> None:
+    """Take a snapshot when the last one is old enough; to be called before a frame is used."""
+    reel = memory.reel
+    last = reel[REEL_SLOT]
+    if now - memory.kept_ns[last, 0] < EVERY:
+        return
+    slot = (last + 1) % SLOTS
+    reel[REEL_SLOT] = slot
+    memory.kept_ns[slot, 0] = now
+    memory.kept_ns[slot, 1] = reel[REEL_COUNT]
+    memory.kept_ns[slot, 2] = RERUNS
+    memory.kept_clock[slot] = memory.clock
+    memory.kept[slot] = memory.store
+
+
+@kernel
+def forget(memory: Memory) -> None:
+    """No snapshot is of use any more: the state has been changed from outside."""
+    memory.kept_ns[:, 1] = -TAPE - 1
+
+
+@kernel
+def close_gap(memory: Memory, dt: float) -> None:
+    """Let the published pose run into that of the filter, without a step: odom is continuous."""
+    m = memory.m
+    share = math.exp(-dt / GAP_TIME)
+    for k in (GAP_X, GAP_Y, GAP_YAW):
+        m[k] = share * m[k] if abs(m[k]) > 1e-9 else 0.0
+
+
+@kernel
+def onset(memory: Memory, before: FloatArray) -> bool:
+    """Has a wheel just been found slipping that did not slip ``before`` (W,)?"""
+    slips = memory.wheel[PROBABILITY] > 0.5
+    return bool((slips & (before <= 0.5)).any())
+
+
+@kernel
+def usable(memory: Memory, now: int, youngest: int, oldest: int) -> int:
+    """The oldest snapshot whose age [ns] lies within these bounds, or -1."""
+    found = -1
+    for slot in range(SLOTS):
+        age = now - memory.kept_ns[slot, 0]
+        if (age > oldest or age < youngest or memory.kept_ns[slot, 2] <= 0
+                or memory.reel[REEL_COUNT] - memory.kept_ns[slot, 1] > TAPE):
+            continue
+        if found < 0 or memory.kept_ns[slot, 0] < memory.kept_ns[found, 0]:
+            found = slot
+    return found
+
+
+@kernel
+def account(memory: Memory, before: FloatArray, T: float) -> None:
+    """Sum up, in odom axes, what this frame has corrected since the state was ``before`` (K,).
+
+    What it has done to the pose goes to the gap, so that what is published has no step.
+    """
+    m, x = memory.m, memory.x
+    m[FIX_PX] += T * m[FIX_BX]
+    m[FIX_PY] += T * m[FIX_BY]
+    c, s = math.cos(x[YAW]), math.sin(x[YAW])
+    dx, dy = float(x[VX] - before[VX]), float(x[VY] - before[VY])
+    m[FIX_VX] += c * dx - s * dy
+    m[FIX_VY] += s * dx + c * dy
+    dx, dy = float(x[BAX] - before[BAX]), float(x[BAY] - before[BAY])
+    m[FIX_BX] += c * dx - s * dy
+    m[FIX_BY] += s * dx + c * dy
+    m[GAP_X] += before[PX] - x[PX]
+    m[GAP_Y] += before[PY] - x[PY]
+    m[GAP_YAW] += before[YAW] - x[YAW]
+
+
+@kernel
+def hidden(model: Model, memory: Memory, now: int, slot: int) -> FloatArray:
+    """Which wheels (W,) must have slipped since snapshot ``slot``, unnoticed frame by frame: 1.
+
+    The velocity that the IMU alone would have led to since then is that of the filter less all
+    corrections by the wheels; d is their sum. Slip of wheel i is A_i d.
+    """
+    m, w = memory.m, model.wheels
+    n = len(memory.x)
+    old = memory.kept[slot]
+    before = old[n + n * n:n + n * n + M_SIZE]
+    age = (now - memory.kept_ns[slot, 0]) * 1e-9
+    dx = (m[FIX_VX] - before[FIX_VX] - (m[FIX_PX] - before[FIX_PX]) + before[FIX_BX] * age)
+    dy = (m[FIX_VY] - before[FIX_VY] - (m[FIX_PY] - before[FIX_PY]) + before[FIX_BY] * age)
+    c, s = math.cos(memory.x[YAW]), math.sin(memory.x[YAW])
+    bx, by = c * dx + s * dy, -s * dx + c * dy
+    found = np.zeros(w)
+    size = math.hypot(bx, by)
+    if size < HIDDEN_SPEED:
+        return found
+    var = 0.5 * (old[n + VX * n + VX] + old[n + VY * n + VY])
+    var += 0.5 * (old[n + BAX * n + BAX] + old[n + BAY * n + BAY]) * age * age
+    change = math.hypot(memory.x[VX] - old[VX], memory.x[VY] - old[VY])
+    push = max(math.hypot(m[SLOW_AX], m[SLOW_AY]), math.hypot(before[SLOW_AX], before[SLOW_AY]))
+    creep = HIDDEN_CREEP * push
+    noise = max(model.accel_noise ** 2 + (model.accel_shake * math.hypot(memory.x[VX],
+                                                                         memory.x[VY])) ** 2,
+                1.5 * float(m[SHAKE]))
+    var += noise * age + m[WANDER] * age ** 3 / 3.0
+    var += (0.015 * change) ** 2 + creep * creep
+    limit = max(HIDDEN_SPEED, HIDDEN_SIGMAS * math.sqrt(var))
+    for i in range(w):
+        if abs(memory.rows[i, 0] * bx + memory.rows[i, 1] * by) > limit:
+            found[i] = 1.0
+    return found
+
+
+@kernel
+def suspect(model: Model, memory: Memory, now: int, slips: FloatArray) -> int:
+    """Snapshot to go back to because of hidden slip, or -1; marks the wheels in ``slips`` (W,)."""
+    for age in (SHORT, 2 * SHORT, LONG):
+        slot = usable(memory, now, age, age + 2 * EVERY)
+        if slot >= 0:
+            slips[:] = np.maximum(slips, hidden(model, memory, now, slot))
+    if not (slips > memory.wheel[PROBABILITY] + 0.5).any():
+        return -1
+    return usable(memory, now, SHORT, 2 * LONG)
+
+
+@kernel
+def rewind(memory: Memory, found: int, wheels: FloatArray) -> int:
+    """Restore snapshot ``found``; number of the first reading to take again.
+
+    From there on the wheels (W,) marked 1, and those that slip now, slip for certain.
+    """
+    reel = memory.reel
+    forced = wheels.copy()
+    for i in range(len(forced)):
+        if memory.wheel[PROBABILITY, i] > 0.5:
+            forced[i] = 1.0
+    memory.store[:] = memory.kept[found]
+    memory.clock[:] = memory.kept_clock[found]
+    memory.wheel[FORCED] = forced
+    memory.kept_ns[found, 2] -= 1
+    for slot in range(SLOTS):  # what came after belongs to another past
+        if memory.kept_ns[slot, 0] > memory.kept_ns[found, 0]:
+            memory.kept_ns[slot, 1] = -TAPE - 1
+    reel[REEL_SLOT] = found
+    return int(memory.kept_ns[found, 1])

@@ -1,0 +1,111 @@
+"""Tilt of the base followed by the gyro's x and y axes, so that gravity is not taken for a push.
+
+A tilted base feels gravity along x and y; that part of the accelerometer's offset o turns with the
+base, the part b that belongs to the sensor does not:
+
+    o_x' = -g w_y + wz (o_y - b_y)        o_y' = g w_x - wz (o_x - b_x)
+
+Rates w_x, w_y are what the gyro reads less its rest value and less m wz, where m is how much of
+the yaw rate leaks into that axis (mount and cross axis), learnt by least squares while driving:
+
+    m = sum(w wz dt) / (s0 + sum(wz^2 dt)),  s0 = (floor / g)^2 / LEAK^2
+
+Unmeasured, o wanders like floors do, by ``floor`` m/s^2/rts. Measured, the two are weighed:
+gain = vf/(vf + vm), variance a second vf vm/(vf + vm), with the variances vf of the floor and vm
+of the measurement. Axes that read exactly 0 or nothing are not measured. Angles are small.
+"""
+
+from __future__ import annotations
+
+from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.layout import (
+    BAX,
+    BAY,
+    BSX,
+    BSY,
+    HAVE_GYRO,
+    LEAN_GAIN,
+    LEAN_REST,
+    LEAN_SEEN,
+    LEAN_X,
+    LEAN_XZ,
+    LEAN_Y,
+    LEAN_YZ,
+    LEAN_ZZ,
+    TREMOR,
+    WANDER,
+    WZ,
+    Memory,
+)
+from mecanum_base.core.estimation.model import Model
+
+FASTEST = 60.0  # rad/s, no base rolls and pitches like that
+GRAVITY = 9.80665  # m/s^2
+LEAK = 0.015  # share of the yaw rate seen by another axis, standard deviation before learning
+REST_MOST = 10.0  # s of rest over which the offsets of x and y are averaged
+REST_WANDER = 1.5e-4  # rad/s, how far these offsets are off at best
+REST_UNKNOWN = 0.05  # rad/s, how far they are off before the first standstill
+LASTING = 1.0  # s over which a wrong rate stays the same
+
+
+@kernel
+def turn_offset(memory: Memory, turn: float) -> None:
+    """Turn the gravity part of the accelerometer's offset with the base, by ``turn`` rad."""
+    x = memory.x
+    tilt_x, tilt_y = float(x[BAX] - x[BSX]), float(x[BAY] - x[BSY])
+    x[BAX] += turn * tilt_y
+    x[BAY] -= turn * tilt_x
+
+
+@kernel
+def follow(memory: Memory, roll: float, pitch: float, dt: float) -> None:
+    """Take the rates about x and y [rad/s] of one reading that stands for ``dt`` s."""
+    m = memory.m
+    rate = abs(roll) + abs(pitch)
+    if not 0.0 < rate < FASTEST:  # nothing measured, absurd, or not a number
+        m[LEAN_SEEN] = 0.0
+        return
+    m[LEAN_SEEN] = 1.0
+    roll -= float(m[LEAN_X])
+    pitch -= float(m[LEAN_Y])
+    wz = float(m[WZ])
+    zz = float(m[LEAN_ZZ])
+    step = GRAVITY * float(m[LEAN_GAIN]) * dt
+    memory.x[BAX] -= step * (pitch - float(m[LEAN_YZ]) / zz * wz)
+    memory.x[BAY] += step * (roll - float(m[LEAN_XZ]) / zz * wz)
+    if m[LEAN_REST] > 0.0:
+        m[LEAN_XZ] += roll * wz * dt
+        m[LEAN_YZ] += pitch * wz * dt
+        m[LEAN_ZZ] = zz + wz * wz * dt
+
+
+@kernel
+def wander(model: Model, memory: Memory) -> float:
+    """Variance (m/s^2)^2 a second by which tilt changes unseen; sets the gain of the gyro axes."""
+    m = memory.m
+    floor = model.accel_drift ** 2
+    if m[LEAN_SEEN] == 0.0 or m[HAVE_GYRO] == 0.0:
+        m[LEAN_GAIN] = 0.0
+        m[WANDER] = floor
+        return floor
+    rest = float(m[LEAN_REST])
+    if rest > 0.0:
+        offset = model.gyro_noise ** 2 / rest + REST_WANDER ** 2
+    else:
+        offset = REST_UNKNOWN ** 2
+    leak = (floor / GRAVITY ** 2) / float(m[LEAN_ZZ]) * float(m[WZ]) ** 2
+    noise = max(model.gyro_noise ** 2, 1.5 * float(m[TREMOR])) + LASTING * (offset + leak)
+    seen = GRAVITY ** 2 * noise
+    m[LEAN_GAIN] = floor / (floor + seen)
+    m[WANDER] = floor * seen / (floor + seen)
+    return float(m[WANDER])
+
+
+@kernel
+def rest(memory: Memory, roll: float, pitch: float, span: float) -> None:
+    """Average the rates read at rest: means [rad/s] over ``span`` s of standstill."""
+    m = memory.m
+    total = min(float(m[LEAN_REST]) + span, REST_MOST)
+    m[LEAN_X] += span / total * (roll - float(m[LEAN_X]))
+    m[LEAN_Y] += span / total * (pitch - float(m[LEAN_Y]))
+    m[LEAN_REST] = total
