@@ -71,7 +71,8 @@ def run(options: argparse.Namespace) -> int:
     if not options.per_wheel and any(v.low is not None and v.high is not None
                                      and not v.low <= 1.0 <= v.high for v in found.wheels):
         found.notes.append('the radii of the wheels differ, which turns a base that drives '
-                           'straight: --per-wheel writes a radius for each')
+                           'straight: --per-wheel writes a radius for each; try it on another '
+                           'recording with `mecanum analyze --compare` before you keep it')
     if options.json:
         print(json.dumps(found.plain(), indent=1))
     else:
