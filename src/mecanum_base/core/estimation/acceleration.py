@@ -8,7 +8,9 @@ same source through numpy. The two agree to rounding (1e-9 m and rad over a run,
 from __future__ import annotations
 
 import os
+import zlib
 from collections.abc import Callable
+from importlib import resources
 from typing import Any, TypeVar, cast
 
 Kernel = TypeVar('Kernel', bound=Callable[..., Any])
@@ -23,8 +25,25 @@ else:
     COMPILED = not getattr(config, 'DISABLE_JIT', False)  # numba's switch: NUMBA_DISABLE_JIT=1
 
 
+def _sources() -> str:
+    """Checksum of all sources of this package: kernels call each other across its files.
+
+    numba's own cache looks at the file of a function only, not at those of what it calls.
+    """
+    folder = resources.files(__package__)
+    parts = sorted((p for p in folder.iterdir() if p.name.endswith('.py')), key=lambda p: p.name)
+    return f'{zlib.crc32(b"".join(p.read_bytes() for p in parts)):08x}'
+
+
+_STATE = _sources() if COMPILED else ''
+
+
 def kernel(function: Kernel) -> Kernel:
-    """``function`` compiled where possible; the compiled code is cached between processes."""
+    """``function`` compiled where possible; the compiled code is cached between processes.
+
+    What is cached carries the state of the sources in its name: changed sources compile anew.
+    """
     if not COMPILED:
         return function
+    function.__qualname__ = f'{function.__qualname__}_{_STATE}'
     return cast(Kernel, njit(cache=True, nogil=True, error_model='numpy')(function))

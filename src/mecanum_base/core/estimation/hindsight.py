@@ -12,7 +12,8 @@ wrong accelerometer. Therefore the corrections of velocity and accelerometer off
 are summed up; what the IMU alone says about the velocity since a snapshot of age T follows:
 
     d = v - v_imu = sum dv - sum(T_k db_k),  T_k the time since correction k
-    sigma^2 = P_v + P_b T^2 + q_a T + q_b T^3/3 + (scale |dv|)^2 + (creep a)^2      at the snapshot
+    sigma^2 = P_v + P_b T^2 + q_a T + q_b T^3/3
+              + (scale |dv|)^2 + (creep a)^2 + P_tilt (turn T/2)^2
 
 and a wheel with |A_i d| above 4 sigma must have slipped.
 
@@ -30,6 +31,8 @@ from mecanum_base.core.estimation.acceleration import kernel
 from mecanum_base.core.estimation.layout import (
     BAX,
     BAY,
+    BSX,
+    BSY,
     FIX_BX,
     FIX_BY,
     FIX_PX,
@@ -125,15 +128,12 @@ def onset(memory: Memory, before: FloatArray) -> bool:
 @kernel
 def usable(memory: Memory, now: int, youngest: int, oldest: int) -> int:
     """The oldest snapshot whose age [ns] lies within these bounds, or -1."""
-    found = -1
-    for slot in range(SLOTS):
-        age = now - memory.kept_ns[slot, 0]
-        if (age > oldest or age < youngest or memory.kept_ns[slot, 2] <= 0
-                or memory.reel[REEL_COUNT] - memory.kept_ns[slot, 1] > TAPE):
-            continue
-        if found < 0 or memory.kept_ns[slot, 0] < memory.kept_ns[found, 0]:
-            found = slot
-    return found
+    stamp = memory.kept_ns[:, 0]
+    good = ((stamp >= now - oldest) & (stamp <= now - youngest) & (memory.kept_ns[:, 2] > 0)
+            & (memory.kept_ns[:, 1] >= memory.reel[REEL_COUNT] - TAPE))
+    if not good.any():
+        return -1
+    return int(np.argmin(np.where(good, stamp, now)))
 
 
 @kernel
@@ -185,8 +185,13 @@ def hidden(model: Model, memory: Memory, now: int, slot: int) -> FloatArray:
     noise = max(model.accel_noise ** 2 + (model.accel_shake * math.hypot(memory.x[VX],
                                                                          memory.x[VY])) ** 2,
                 1.5 * float(m[SHAKE]))
-    var += noise * age + m[WANDER] * age ** 3 / 3.0
+    var += noise * age + max(float(m[WANDER]), float(before[WANDER])) * age ** 3 / 3.0
     var += (0.015 * change) ** 2 + creep * creep
+    tilt = 0.0  # variance of what turns with the base: offset less its part fixed to the sensor
+    for i, j in ((BAX, BSX), (BAY, BSY)):
+        tilt += 0.5 * (old[n + i * n + i] + old[n + j * n + j] - 2.0 * old[n + i * n + j])
+    turn = float(memory.x[YAW] - old[YAW])
+    var += tilt * (0.5 * turn * age) ** 2
     limit = max(HIDDEN_SPEED, HIDDEN_SIGMAS * math.sqrt(var))
     for i in range(w):
         if abs(memory.rows[i, 0] * bx + memory.rows[i, 1] * by) > limit:
@@ -197,6 +202,8 @@ def hidden(model: Model, memory: Memory, now: int, slot: int) -> FloatArray:
 @kernel
 def suspect(model: Model, memory: Memory, now: int, slips: FloatArray) -> int:
     """Snapshot to go back to because of hidden slip, or -1; marks the wheels in ``slips`` (W,)."""
+    if abs(memory.m[FIX_VX]) + abs(memory.m[FIX_VY]) == 0.0:
+        return -1  # no correction yet
     for age in (SHORT, 2 * SHORT, LONG):
         slot = usable(memory, now, age, age + 2 * EVERY)
         if slot >= 0:

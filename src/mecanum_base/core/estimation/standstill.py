@@ -35,6 +35,7 @@ from mecanum_base.core.estimation.layout import (
     BSY,
     EXTRA,
     FLAT,
+    GAP_YAW,
     HAVE_ACCEL,
     HAVE_GYRO,
     LAST_FRAME,
@@ -44,6 +45,7 @@ from mecanum_base.core.estimation.layout import (
     NOW,
     PROBABILITY,
     PX,
+    PY,
     QUIET,
     REST,
     REST_FOR,
@@ -80,7 +82,7 @@ def learn(model: Model, memory: Memory) -> None:
     """Zero velocity and bias updates from the block just finished.
 
     What they say about the way here is left aside: a base that stands must not move in odom, and
-    its pose stays as uncertain as it was (a consider update).
+    its place stays as uncertain as it was (a consider update). Its heading may still improve.
     """
     b = memory.block[1]
     n = max(float(b[B_N]), 1.0)
@@ -93,7 +95,8 @@ def learn(model: Model, memory: Memory) -> None:
         P[offset, fixed] += sensor
         P[fixed, offset] += sensor
         P[fixed, fixed] += sensor
-    pose, doubt = x[PX:YAW + 1].copy(), P[PX:YAW + 1, PX:YAW + 1].copy()
+    place, doubt = x[PX:PY + 1].copy(), P[PX:PY + 1, PX:PY + 1].copy()
+    yaw = float(x[YAW])
     scalar(memory, VX, -float(x[VX]), REST_SPEED ** 2)
     scalar(memory, VY, -float(x[VY]), REST_SPEED ** 2)
     if memory.m[HAVE_GYRO] > 0.0:
@@ -106,8 +109,9 @@ def learn(model: Model, memory: Memory) -> None:
         noise = model.accel_noise ** 2 / span + 1e-4
         scalar(memory, BAX, float(b[B_X]) / n - float(x[BAX]), noise)
         scalar(memory, BAY, float(b[B_Y]) / n - float(x[BAY]), noise)
-    x[PX:YAW + 1] = pose
-    P[PX:YAW + 1, PX:YAW + 1] = doubt
+    x[PX:PY + 1] = place
+    P[PX:PY + 1, PX:PY + 1] = doubt
+    memory.m[GAP_YAW] += yaw - x[YAW]
     memory.P[:, :] = 0.5 * (P + P.T)
 
 
