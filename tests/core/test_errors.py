@@ -1,5 +1,7 @@
 """Errors raised on purpose: one line a user can act on."""
 
+import pickle
+
 import pytest
 
 from mecanum_base.core.errors import BagError, ConfigError, GeometryError, MecanumBaseError
@@ -30,3 +32,10 @@ def test_an_error_can_be_moved_below_a_block_and_to_a_place_in_a_file():
 @pytest.mark.parametrize('kind', [ConfigError, GeometryError, BagError])
 def test_all_errors_have_one_root(kind):
     assert issubclass(kind, MecanumBaseError)
+
+
+def test_an_error_survives_the_way_back_from_a_worker_process():
+    error = pickle.loads(pickle.dumps(ConfigError('sim.rate', -1, 'must be >= 0', 'Hz')))
+    found = (error.key, error.value, error.rule, error.unit)
+    assert found == ('sim.rate', -1, 'must be >= 0', 'Hz')
+    assert str(error) == str(ConfigError('sim.rate', -1, 'must be >= 0', 'Hz'))

@@ -27,6 +27,10 @@ class ConfigError(MecanumBaseError):
         shown = '' if value is _ABSENT or value is None else f' = {value!r}'
         super().__init__(f'{key}{shown}: {rule}' + (f' [{unit}]' if unit else ''))
 
+    def __reduce__(self) -> tuple[type[ConfigError], tuple[str, object, str, str]]:
+        """Pickled whole: errors cross from worker processes."""
+        return type(self), (self.key, self.value, self.rule, self.unit)
+
     @classmethod
     def missing(cls, key: str, meaning: str, unit: str = '') -> ConfigError:
         """The error for a value that must be given and is not."""

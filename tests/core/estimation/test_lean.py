@@ -1,0 +1,115 @@
+"""Tilt of the base: gravity that turns with it, followed by the gyro's x and y axes."""
+
+import math
+
+import numpy as np
+import pytest
+from staged_drive import (
+    GRAVITY,
+    RECTANGLE,
+    T0,
+    estimator,
+    frames,
+    imu,
+    merged,
+    run,
+    staged,
+    summed,
+)
+
+from mecanum_base.core.estimation.assembly import memory_of, model_of
+from mecanum_base.core.estimation.layout import (
+    BAX,
+    BAY,
+    BSX,
+    HAVE_GYRO,
+    LEAN_GAIN,
+    LEAN_REST,
+    LEAN_XZ,
+    LEAN_YZ,
+    LEAN_ZZ,
+    WZ,
+)
+from mecanum_base.core.estimation.lean import follow, turn_offset, wander
+from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
+from mecanum_base.core.estimation.tuning import EstimatorConfig
+
+RAMP = math.radians(4.0)
+UP, LEVEL = 3.0, 4.0  # s: the nose goes down from here to there
+DRIVE = staged((1.5, (0.0, 0.0, 0.0)), (4.0, (0.4, 0.0, 0.0)))
+
+
+@pytest.fixture
+def parts():
+    base = estimator()._base
+    model = model_of(base, EncoderConfig(counts_per_revolution=4096.0), ImuConfig(),
+                     EstimatorConfig())
+    return model, memory_of(base, model, EstimatorConfig())
+
+
+def ramp_readings(measured):
+    """IMU of a drive down a ramp; about y the base turns by RAMP between UP and LEVEL."""
+    readings = imu(DRIVE)
+    for reading in readings:
+        t = (reading.stamp_ns - T0) * 1e-9
+        pitch = float(np.interp(t, [UP, LEVEL], [0.0, RAMP]))
+        reading.accel[0] -= GRAVITY * math.sin(pitch)  # nose down: gravity pulls forward
+        if measured and UP <= t < LEVEL:
+            reading.gyro[1] += RAMP / (LEVEL - UP)
+        if not measured:
+            reading.gyro[:2] = 0.0  # as an IMU with one gyro axis reports it
+    return readings
+
+
+@pytest.mark.parametrize(('measured', 'least', 'most'), [(True, 0.0, 0.06), (False, 0.25, 9.0)])
+def test_without_wheels_a_ramp_is_told_from_braking_by_the_pitch_rate_alone(measured, least, most):
+    angles = summed(DRIVE.twist @ RECTANGLE.T)
+    heard = [f for f in frames(DRIVE, angles) if f.stamp_ns < T0 + UP * 1e9]
+    last = heard[-1].stamp_ns
+    found = run(estimator(), merged(ramp_readings(measured), heard))
+    # by hand: g * 0.07 rad over 1 s of ramp and 1.5 s after it, unseen: 1.2 m
+    moved = found[-1].pose[0] - DRIVE.pose[round((last - T0) / 1e6), 0]
+    wanted = DRIVE.pose[-1, 0] - DRIVE.pose[round((last - T0) / 1e6), 0]
+    assert least <= abs(moved - wanted) < most
+
+
+def test_the_offset_of_a_tilted_base_turns_with_it_and_that_of_the_sensor_does_not(parts):
+    _, memory = parts
+    memory.x[BAX], memory.x[BSX] = 0.5, 0.2
+    for _ in range(9000):
+        turn_offset(memory, 0.5 * math.pi / 9000)
+    # tilt 0.3 along x is seen along -y after a quarter turn to the left; 1e-4: steps of 0.01 deg
+    assert memory.x[[BAX, BAY]] == pytest.approx([0.2, -0.3], abs=1e-4)
+
+
+def test_the_share_of_the_yaw_rate_in_the_other_axes_is_learnt(parts):
+    model, memory = parts
+    memory.m[[LEAN_REST, HAVE_GYRO, WZ]] = 1.0, 1.0, 1.0
+    for _ in range(4000):
+        follow(memory, 0.012, -0.02, 0.005)
+        wander(model, memory)
+    # least squares with a prior of 0 +- 0.015, worth 0.07 s of this turn against 20 s
+    assert memory.m[LEAN_XZ] / memory.m[LEAN_ZZ] == pytest.approx(0.012, rel=0.01)
+    assert memory.m[LEAN_YZ] / memory.m[LEAN_ZZ] == pytest.approx(-0.02, rel=0.01)
+
+
+@pytest.mark.parametrize('rates', [(0.0, 0.0), (math.nan, 0.1), (math.inf, 0.1), (500.0, 0.0)])
+def test_axes_that_are_silent_or_absurd_are_not_followed(parts, rates):
+    model, memory = parts
+    memory.m[[LEAN_REST, HAVE_GYRO, LEAN_GAIN]] = 1.0
+    follow(memory, *rates, 0.005)
+    assert memory.x[BAX] == memory.x[BAY] == 0.0
+    assert wander(model, memory) == model.accel_drift ** 2
+    assert memory.m[LEAN_GAIN] == 0.0
+
+
+def test_before_the_first_rest_the_axes_are_hardly_believed_and_afterwards_they_are(parts):
+    model, memory = parts
+    memory.m[HAVE_GYRO] = 1.0
+    follow(memory, 0.01, 0.01, 0.005)
+    wander(model, memory)
+    before = float(memory.m[LEAN_GAIN])
+    memory.m[LEAN_REST] = 2.0
+    wander(model, memory)
+    assert before < 0.02
+    assert memory.m[LEAN_GAIN] > 0.9
