@@ -227,3 +227,23 @@ def test_stamps_that_start_at_zero_are_as_good_as_any():
     assert [e.stamp_ns + T0 for e in one] == [e.stamp_ns for e in two]
     # 1e-9: seconds as floats are coarser at today's stamps
     assert one[-1].pose == pytest.approx(two[-1].pose, abs=1e-9)
+
+
+def test_a_counter_jump_is_a_fault_and_no_slip():
+    motion = staged((0.6, (0, 0, 0)), (2.4, (0.4, 0.1, 0.4)), (0.7, (0, 0, 0)))
+    angles = wheel_angles(motion)
+    angles[1800:, 2] += 500.0
+    subject = estimator()
+    found = run(subject, merged(imu(motion), frames(motion, angles)))
+    assert subject.episodes == ()
+    assert miss(found[-1], motion)[0] < 0.01
+
+
+def test_a_doubtful_stamp_that_the_end_of_the_data_drops_is_counted_too():
+    subject = estimator()
+    still = frames(staged((0.1, (0, 0, 0))), np.zeros((101, 4)))
+    far = WheelSample(T0 + 3600 * 1000 * MS, np.zeros(4), np.full(4, math.nan))
+    run(subject, [*still, far])
+    health = subject.health
+    assert health.rejected == {('joint_states', 'stamp far ahead'): 1}
+    assert health.used['joint_states'] + 1 == health.received['joint_states']

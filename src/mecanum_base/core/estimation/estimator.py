@@ -108,6 +108,8 @@ class Estimator:
     def flush(self) -> tuple[Estimate, ...]:
         """Process what still waits: the recording has ended."""
         found: list[Estimate] = []
+        for doubtful in self._order.doubtful:
+            self._counters.reject(STREAM[type(doubtful)], 'stamp far ahead')
         for item in self._order.flush():
             self._process(item, found)
         return tuple(found)

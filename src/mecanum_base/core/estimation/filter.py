@@ -75,14 +75,17 @@ class BodyFilter:
             arm(model, memory, stamp_ns, travel)
             self.armed = True
             return False
-        for i in jumped:
-            anchor(model, memory, i, float(travel[i]))
-            forget(memory)
         if integrated:
             dt = (stamp_ns - int(memory.clock[LAST_FRAME])) * 1e-9
             memory.wheel[EXTRA] += (SPEED_NOISE * dt) ** 2
             forget(memory)
+        if jumped:  # this frame says nothing of such a wheel; from here on it counts anew
+            valid = valid.copy()
+            valid[list(jumped)] = 0.0
         take_frame(model, memory, stamp_ns, travel, valid)
+        for i in jumped:
+            anchor(model, memory, i, float(travel[i]))
+            forget(memory)
         return self.check()
 
     def predict(self, stamp_ns: int) -> None:

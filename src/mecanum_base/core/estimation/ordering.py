@@ -70,6 +70,11 @@ class StampOrder(Generic[Item]):
         self._put(stamp_ns, kind, item)
         return refused, self._ready(self._newest - self._wait)
 
+    @property
+    def doubtful(self) -> tuple[Item, ...]:
+        """Samples whose stamps lie far ahead and that no second one has confirmed yet."""
+        return tuple(item for _, _, item in self._held)
+
     def flush(self) -> list[Item]:
         """Everything that still waits, in order; a stamp held as doubtful is dropped."""
         self._held = []
