@@ -43,6 +43,7 @@ from mecanum_base.core.estimation.layout import (
     GAP_X,
     GAP_Y,
     GAP_YAW,
+    LOOSE_FOR,
     M_SIZE,
     PROBABILITY,
     PX,
@@ -174,6 +175,8 @@ def hidden(model: Model, memory: Memory, now: int, slot: int) -> FloatArray:
     c, s = math.cos(memory.x[YAW]), math.sin(memory.x[YAW])
     bx, by = c * dx + s * dy, -s * dx + c * dy
     found = np.zeros(w)
+    if before[LOOSE_FOR] > 0.0:
+        return found  # just after a slip the velocity is surer than it should be
     size = math.hypot(bx, by)
     if size < HIDDEN_SPEED:
         return found
