@@ -4,7 +4,8 @@
 see :mod:`mecanum_base.messages`) and return the estimates that became due; a malformed message is
 counted and gives none. :meth:`Intake.handle` takes samples that were built elsewhere. What
 depends on data alone is decided here, so that live and replay agree: which poses can be applied
-and when, and the mount of the IMU where it comes from /tf_static.
+and when, and the mount of the IMU where it comes from /tf_static. Wheel commands go past the
+estimator: they give notes and change no estimate.
 """
 
 from __future__ import annotations
@@ -16,16 +17,12 @@ from typing import Any
 import numpy as np
 
 from mecanum_base import messages
+from mecanum_base.core.command.command_watch import CommandWatch
 from mecanum_base.core.estimation.estimator import Estimator
+from mecanum_base.core.estimation.health import Health
 from mecanum_base.core.frame_tree import FrameTree
-from mecanum_base.core.records import (
-    CommandSample,
-    Estimate,
-    ImuSample,
-    PoseSample,
-    ResetSample,
-    Sample,
-)
+from mecanum_base.core.parameter import FloatArray, IntArray
+from mecanum_base.core.records import Estimate, ImuSample, PoseSample, ResetSample, Sample
 from mecanum_base.messages import MalformedMessage
 from mecanum_base.robot import Robot
 
@@ -50,7 +47,7 @@ class Intake:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
         self.joints = robot.base.joint
-        self._sign = robot.encoder.for_wheels(robot.base.count)[1]
+        self.command_watch = CommandWatch(self.joints, robot.encoder)
         self._frames = FrameTree()
         self._ahead: list[PoseSample | ResetSample] = []
         self._held: list[Sample] = []
@@ -66,20 +63,52 @@ class Intake:
 
     def joint_states(self, msg: Any) -> Estimates:
         """Wheel angles (sensor_msgs/JointState)."""
-        return self._convert('joint_states', messages.wheel_sample, msg, self.joints)
+        return self._convert('joint_states', self._wheels, msg)
 
     def wheel_ticks(self, msg: Any, arrival_ns: int) -> Estimates:
         """Encoder counts (std_msgs/Int64MultiArray or Int32MultiArray), stamped by arrival."""
-        return self._convert('wheel_ticks', messages.tick_sample, msg, len(self.joints),
-                             arrival_ns)
+        return self._convert('wheel_ticks', self._ticks, msg, arrival_ns)
 
     def imu(self, msg: Any) -> Estimates:
         """Gyro and accelerometer (sensor_msgs/Imu)."""
         return self._convert('imu', messages.imu_sample, msg)
 
-    def wheel_commands(self, msg: Any) -> Estimates:
-        """Commanded wheel rates (sensor_msgs/JointState)."""
-        return self._convert('wheel_commands', self._command, msg)
+    def wheel_commands(self, msg: Any, arrival_ns: int) -> None:
+        """Commanded wheel rates (sensor_msgs/JointState); stamp 0 means ``arrival_ns``."""
+        try:
+            found = messages.command_sample(msg, self.joints)
+        except MalformedMessage as error:
+            self.estimator.reject('wheel_commands', str(error))
+            return
+        if found is not None:
+            self._command(found.stamp_ns or arrival_ns, found.rate)
+
+    def wheel_rates(self, msg: Any, arrival_ns: int) -> None:
+        """Commanded wheel rates (std_msgs/Float64MultiArray) in the order of the controller."""
+        try:
+            rate = messages.rates_of_array(
+                msg, self.robot.drive.command_joints or self.joints, self.joints)
+        except MalformedMessage as error:
+            self.estimator.reject('wheel_commands', str(error))
+            return
+        self._command(arrival_ns, rate)
+
+    def commanded(self, stamp_ns: IntArray, rate: FloatArray) -> None:
+        """Commanded wheel rates (N, W) rad/s of messages, with stamps (N,)."""
+        for _ in range(self.command_watch.commands(stamp_ns, rate)):
+            self.estimator.reject('wheel_commands', 'not one number a wheel')
+
+    @property
+    def health(self) -> Health:
+        """That of the estimator, and what the commands tell."""
+        health, watch = self.estimator.health, self.command_watch
+        if not watch.used:
+            return health
+        received = health.received.get('wheel_commands', 0) + watch.used
+        return dataclasses.replace(
+            health, received={**health.received, 'wheel_commands': received},
+            used={**health.used, 'wheel_commands': watch.used},
+            notes=(*health.notes, *watch.notes))
 
     def set_pose(self, msg: Any) -> Estimates:
         """A pose given from outside, in ``odom_frame_id`` (PoseWithCovarianceStamped)."""
@@ -133,6 +162,7 @@ class Intake:
 
     def flush(self) -> Estimates:
         """The end of the data: everything that still waits."""
+        self.command_watch.flush()
         return self._remember(self._release() + self.estimator.flush())
 
     def _place(self, sample: PoseSample | ResetSample) -> Estimates:
@@ -163,9 +193,19 @@ class Intake:
             return ()
         return () if sample is None else self.handle(sample)
 
-    def _command(self, msg: Any) -> Sample | None:
-        sample = messages.command_sample(msg, self.joints)
-        return None if sample is None else CommandSample(sample.stamp_ns, sample.rate * self._sign)
+    def _wheels(self, msg: Any) -> Sample | None:
+        sample = messages.wheel_sample(msg, self.joints)
+        if sample is not None:
+            self.command_watch.reading(sample.stamp_ns, sample.position)
+        return sample
+
+    def _ticks(self, msg: Any, arrival_ns: int) -> Sample:
+        sample = messages.tick_sample(msg, len(self.joints), arrival_ns)
+        self.command_watch.reading(sample.stamp_ns, sample.counts)
+        return sample
+
+    def _command(self, stamp_ns: int, rate: FloatArray) -> None:
+        self.commanded(np.array([stamp_ns], dtype=np.int64), rate[None])
 
     def _release(self) -> Estimates:
         """End the wait for the mount."""

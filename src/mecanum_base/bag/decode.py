@@ -25,6 +25,7 @@ from mecanum_base.bag.mcap_records import rows_at
 from mecanum_base.core.parameter import FloatArray, IntArray
 
 JOINT_STATE, IMU = 'sensor_msgs/msg/JointState', 'sensor_msgs/msg/Imu'
+RATES = 'std_msgs/msg/Float64MultiArray'
 TICKS = {'std_msgs/msg/Int64MultiArray': 8, 'std_msgs/msg/Int32MultiArray': 4}
 _LAYOUTS_A_BLOCK = 16  # more shapes than this in one block: the rest is read one by one
 
@@ -120,6 +121,32 @@ def tick_readings(block: Block, rows: IntArray, count: int, type_name: str) -> R
     find = functools.partial(multi_array_layout, item_size=size)
     empty = {'counts': np.zeros((0, count), dtype=np.int64)}
     return _read(block, rows, find, take, single, type_name, empty, stamped=False)
+
+
+def command_readings(block: Block, rows: IntArray, order: tuple[str, ...],
+                     joints: tuple[str, ...], type_name: str) -> Readings:
+    """Wheel commands at ``rows``, JointState or Float64MultiArray in ``order``: rate (N, W).
+
+    NaN where not given; the log time stands for a stamp of 0.
+    """
+    if type_name == JOINT_STATE:
+        found = wheel_readings(block, rows, joints)
+        stamp = np.where(found.stamp_ns == 0, block.log_ns[found.row], found.stamp_ns)
+        return Readings(found.row, stamp, {'rate': found.values['velocity']}, found.rejected)
+    columns = [order.index(joint) for joint in joints]
+
+    def take(part: Block, layout: Layout) -> dict[str, Any] | None:
+        if layout.count['data'] != len(order):
+            raise messages.MalformedMessage(f'wheel_commands has {layout.count["data"]} entries '
+                                            f'instead of {len(order)}')
+        return {'rate': _floats(part, layout, 'data')[:, columns]}
+
+    def single(msg: Any, log_ns: int) -> tuple[int, dict[str, Any]]:
+        return log_ns, {'rate': messages.rates_of_array(msg, order, joints)}
+
+    find = functools.partial(multi_array_layout, item_size=8)
+    empty = {'rate': np.zeros((0, len(joints)))}
+    return _read(block, rows, find, take, single, RATES, empty, stamped=False)
 
 
 def message(data: bytes, type_name: str) -> Any:

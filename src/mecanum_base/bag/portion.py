@@ -66,6 +66,7 @@ def feed(portion: Portion, intake: Intake) -> Iterator[Rows | tuple[Estimate, ..
     """Hand a portion to the intake; yields what becomes due, in order."""
     for stream, reason in portion.rejected:
         intake.estimator.reject(stream, reason)
+    portion.batch.tell_commands(intake)
     batch, at = portion.batch, 0
     wait = round(intake.robot.estimator.reorder_wait * _NANOSECONDS)
     while at < len(batch):

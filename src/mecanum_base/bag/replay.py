@@ -119,7 +119,8 @@ def replay_into(paths: list[str], robot: Robot, sink: Callable[[], Sink], topics
         intake = Intake(robot)
         rejected: list[tuple[str, str]] = []
         reader = SampleReader(robot.base.joint, topics,
-                              lambda stream, reason: rejected.append((stream, reason)))
+                              lambda stream, reason: rejected.append((stream, reason)),
+                              robot.drive.command_joints)
         course = Course()
         output: _Output | None = None
         try:

@@ -1,7 +1,8 @@
 """Samples for the estimator from blocks of raw messages, in log order.
 
 Encoder and IMU messages are decoded in bulk; the rare ones (set_pose, odometry_reset, /tf_static)
-stay messages, which the intake converts as it does in the live node.
+stay messages, which the intake converts as it does in the live node. Wheel commands, decoded in
+bulk as well, stay beside all these: they do not go into the estimator.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from mecanum_base.bag.block import Block
 from mecanum_base.bag.decode import (
     JOINT_STATE,
     Readings,
+    command_readings,
     imu_readings,
     message,
     tick_readings,
@@ -32,6 +34,7 @@ from mecanum_base.core.records import ImuSample, Sample, TickSample, WheelSample
 from mecanum_base.intake import Estimates, Intake
 
 JOINTS, TICKS, IMU, SET_POSE, RESET, MOUNT = range(6)
+COMMANDS = 'wheel_commands'
 NAMES = ('joint_states', 'wheel_ticks', 'imu', 'set_pose', 'odometry_reset', 'tf_static')
 _RARE = {POSE: SET_POSE, HEADER: RESET, TF: MOUNT}
 
@@ -42,13 +45,15 @@ class Batch:
     they are.
 
     ``stream`` and ``index`` (N,) give the log order: item k is row ``index[k]`` of
-    ``readings[stream[k]]``, or the message ``rare[index[k]]``.
+    ``readings[stream[k]]``, or the message ``rare[index[k]]``. ``commands`` are the wheel commands
+    of the same stretch, a part for each channel of a block.
     """
 
     stream: IntArray
     index: IntArray
     readings: dict[int, Readings]
     rare: list[Any] = field(default_factory=list)
+    commands: list[Readings] = field(default_factory=list)
 
     def __len__(self) -> int:
         return len(self.stream)
@@ -109,6 +114,18 @@ class Batch:
             if found:
                 yield found
 
+    def tell_commands(self, intake: Intake) -> None:
+        """Hand the wheel commands to the intake, and the encoder readings to compare them with."""
+        for part in self.commands:
+            intake.commanded(part.stamp_ns, part.values['rate'])
+        watch = intake.command_watch
+        if not watch.used:
+            return
+        for code, name in ((JOINTS, 'position'), (TICKS, 'counts')):
+            if code in self.readings:
+                part, row = self.readings[code], self.index[self.stream == code]
+                watch.readings(part.stamp_ns[row], part.values[name][row])
+
     def _wheel(self, index: int) -> WheelSample:
         part = self.readings[JOINTS]
         return WheelSample(int(part.stamp_ns[index]), part.values['position'][index],
@@ -128,10 +145,13 @@ class SampleReader:
     """Turns blocks into batches and counts what is read, foreign or malformed."""
 
     def __init__(self, joints: tuple[str, ...], topics: Topics,
-                 reject: Callable[[str, str], None]) -> None:
-        """``reject(stream, reason)`` is called for every malformed message."""
+                 reject: Callable[[str, str], None],
+                 command_order: tuple[str, ...] = ()) -> None:
+        """``reject(stream, reason)`` is called for every malformed message; ``command_order``
+        names the wheels in commands without names (default: ``joints``)."""
         self.joints, self.topics, self.reject = joints, topics, reject
-        self.read = dict.fromkeys(NAMES, 0)
+        self._order = command_order or joints
+        self.read = dict.fromkeys((*NAMES, COMMANDS), 0)
         self.foreign = 0
 
     def batch(self, block: Block) -> Batch:
@@ -141,10 +161,14 @@ class SampleReader:
         rows: list[IntArray] = []
         streams: list[IntArray] = []
         indices: list[IntArray] = []
+        commands: list[Readings] = []
         for number, channel in enumerate(block.channels):
             name = self.topics.stream(channel)
             chosen = np.flatnonzero(block.channel == number)
             if name is None or not len(chosen):
+                continue
+            if name == COMMANDS:
+                commands.append(self._commands(block, chosen, channel.type))
                 continue
             if channel.type in _RARE:
                 code = _RARE[channel.type]
@@ -160,10 +184,17 @@ class SampleReader:
             indices.append(index)
         if not rows:
             empty = np.zeros(0, dtype=np.int64)
-            return Batch(empty, empty, {}, [])
+            return Batch(empty, empty, {}, [], commands)
         order = np.argsort(np.concatenate(rows), kind='stable')
         return Batch(np.concatenate(streams)[order], np.concatenate(indices)[order], readings,
-                     rare)
+                     rare, commands)
+
+    def _commands(self, block: Block, chosen: IntArray, kind: str) -> Readings:
+        part = command_readings(block, chosen, self._order, self.joints, kind)
+        self.read[COMMANDS] += len(chosen)
+        for reason in part.rejected:
+            self.reject(COMMANDS, reason)
+        return part
 
     def _readings(self, block: Block, chosen: IntArray, kind: str) -> tuple[int, Readings]:
         if kind == JOINT_STATE:
@@ -206,7 +237,7 @@ def joined_batches(batches: list[Batch]) -> Batch:
         for code, part in batch.readings.items():
             _append(readings, code, part)
     return Batch(np.concatenate([batch.stream for batch in batches]), np.concatenate(indices),
-                 readings, rare)
+                 readings, rare, [part for batch in batches for part in batch.commands])
 
 
 def _take_rare(intake: Intake, stream: int, msg: Any) -> Estimates:

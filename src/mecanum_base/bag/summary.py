@@ -22,13 +22,13 @@ from mecanum_base.core.errors import BagError
 
 def summary_of(done: Replayed, topics: Topics, robot_file: str) -> dict[str, Any]:
     """Everything worth knowing about one replay, as plain JSON values."""
-    estimator = done.intake.estimator
-    health = plain(estimator.health)
+    estimator, known = done.intake.estimator, done.intake.health
+    health = plain(known)
     course, last = done.course, done.course.last
     rejected: dict[str, dict[str, int]] = {}
-    for (stream, reason), count in estimator.health.rejected.items():
+    for (stream, reason), count in known.rejected.items():
         rejected.setdefault(stream, {})[reason] = int(count)
-    used = dict(estimator.health.used)
+    used = dict(known.used)
     streams = {name: {'read': count, 'used': int(used.get(name, 0)),
                       'rejected': rejected.get(name, {})}
                for name, count in done.reader.read.items()}
@@ -42,7 +42,8 @@ def summary_of(done: Replayed, topics: Topics, robot_file: str) -> dict[str, Any
         'final_pose': None if last is None else [float(v) for v in last.pose],
         'slip_episodes': [episode_of(e, done.reader.joints) for e in estimator.episodes],
         'health': health,
-        'notes': [*estimator.health.notes, *absent_streams(done.bag, topics)],
+        'notes': [*estimator.health.notes, *command_notes(done),
+                  *absent_streams(done.bag, topics)],
         'run': {'seconds': done.wall_seconds,
                 'times_real_time': course.seconds / max(done.wall_seconds, 1e-9)},
         'versions': {'mecanum_base': __version__, 'python': platform.python_version(),
@@ -58,6 +59,14 @@ def loss_of(done: Replayed) -> dict[str, Any] | None:
         return None
     return {'bytes': loss.bytes, 'seconds': loss.seconds if loss.seconds_known else None,
             'at_least_seconds': loss.seconds, 'reasons': loss.reasons}
+
+
+def command_notes(done: Replayed) -> list[str]:
+    """A sentence for each wheel that did not follow its command at some time."""
+    begin = done.course.first_ns or 0
+    return [f'wheel {joint} does not follow its command: {seconds:.1f} s in all, first '
+            f'{(first - begin) / NANOSECONDS:.1f} s after the start'
+            for joint, first, seconds in done.intake.command_watch.strayed]
 
 
 def episode_of(episode: Any, joints: tuple[str, ...]) -> dict[str, Any]:

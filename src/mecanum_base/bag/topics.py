@@ -6,16 +6,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from mecanum_base.bag.block import Channel
-from mecanum_base.bag.decode import IMU, JOINT_STATE, TICKS
+from mecanum_base.bag.decode import IMU, JOINT_STATE, RATES, TICKS
 from mecanum_base.core.errors import BagError
 from mecanum_base.robot import Robot
 
 POSE = 'geometry_msgs/msg/PoseWithCovarianceStamped'
 HEADER = 'std_msgs/msg/Header'
 TF = 'tf2_msgs/msg/TFMessage'
-STREAMS = ('encoder', 'imu', 'set_pose', 'odometry_reset', 'tf_static')
+STREAMS = ('encoder', 'imu', 'set_pose', 'odometry_reset', 'tf_static', 'wheel_commands')
 TYPES = {'encoder': (JOINT_STATE, *TICKS), 'imu': (IMU,), 'set_pose': (POSE,),
-         'odometry_reset': (HEADER,), 'tf_static': (TF,)}
+         'odometry_reset': (HEADER,), 'tf_static': (TF,), 'wheel_commands': (JOINT_STATE, RATES)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +27,7 @@ class Topics:
     set_pose: str | None = 'set_pose'
     odometry_reset: str | None = 'odometry_reset'
     tf_static: str | None = None  # read only where the robot file has imu.from_tf
+    wheel_commands: str | None = 'wheel_commands'  # for notes alone: a type unknown is left out
 
     @classmethod
     def of(cls, robot: Robot, encoder: str | None = None, imu: str | None = None,
@@ -42,6 +43,9 @@ class Topics:
         for stream in STREAMS:
             wanted = getattr(self, stream)
             if wanted is not None and wanted.lstrip('/') == name:
+                fits = channel.type in TYPES[stream] and channel.encoding == 'cdr'
+                if stream == 'wheel_commands' and not fits:
+                    return None
                 if channel.type not in TYPES[stream]:
                     raise BagError(f'topic {channel.topic} has the type {channel.type}, but '
                                    f'{stream} needs {" or ".join(TYPES[stream])}')

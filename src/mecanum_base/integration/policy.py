@@ -34,7 +34,7 @@ _TRANSFORMS = ('/tf', '/tf_static')
 NODES = {
     'drive_node': NodeInterface(('cmd_vel', 'joint_states'),  # hinge angles of carriers
                                 ('wheel_commands', 'cmd_vel_limited'), ('~/enable',)),
-    'odometry_node': NodeInterface((*_SENSORS, 'set_pose', '/tf_static'),
+    'odometry_node': NodeInterface((*_SENSORS, 'set_pose', 'wheel_commands', '/tf_static'),
                                    (*_ODOMETRY, 'slip/markers'), ('~/reset',)),
     'sim_node': NodeInterface(('wheel_commands',), (*_SENSORS, *_TRUTH, '/clock'),
                               ('~/reset', '~/fault')),

@@ -28,7 +28,7 @@ class OdometryHealth:
 
     def statuses(self) -> list[Status]:
         """One status a source, then estimator, slip and transform."""
-        health = self._node.intake.estimator.health
+        health = self._node.intake.health
         return [self._encoder_status(health), self._imu_status(health), self._estimator(health),
                 self._slip(), self._transform()]
 

@@ -1,8 +1,9 @@
 """Odometry node: wheel angles and IMU in, odometry, transform and slip out.
 
-Subscribes joint_states or wheel_ticks (as encoder.source says), imu/data_raw and set_pose;
-publishes odom, tf, slip/twist, slip/wheels, slip/probability, slip/ratio and /diagnostics; offers
-the service ~/reset, which it also publishes as odometry_reset, so that a bag can replay it.
+Subscribes joint_states or wheel_ticks (as encoder.source says), imu/data_raw, set_pose and
+wheel_commands (for a note on wheels that do not follow); publishes odom, tf, slip/twist,
+slip/wheels, slip/probability, slip/ratio and /diagnostics; offers the service ~/reset, which it
+also publishes as odometry_reset, so that a bag can replay it.
 
 All work is done by the estimator behind :class:`mecanum_base.intake.Intake`; `mecanum replay`
 uses the same. Time-outs and order depend on the stamps of the data only.
@@ -27,6 +28,7 @@ from mecanum_base.ros import process
 from mecanum_base.ros.arrivals import Arrivals
 from mecanum_base.ros.diagnostics import Diagnostics, Source
 from mecanum_base.ros.followed_topic import FollowedTopic, look_often
+from mecanum_base.ros.odometry_commands import OdometryCommands
 from mecanum_base.ros.odometry_health import OdometryHealth
 from mecanum_base.ros.odometry_topics import OdometryTopics
 from mecanum_base.ros.qos import RELIABLE, SENSOR
@@ -55,6 +57,7 @@ class OdometryNode(RobotNode):
         self._arrivals.create_subscription(Imu, 'imu/data_raw', self._on_imu, SENSOR)
         self._arrivals.create_subscription(PoseWithCovarianceStamped, 'set_pose',
                                            self._on_set_pose, RELIABLE)
+        self.commands = OdometryCommands(self, self.intake, self._arrivals)
         if robot.imu.from_tf:
             transforms.listen(self, 'tf_static', STATIC, self._on_static_transforms)
         self._resets = self.create_publisher(Header, 'odometry_reset', RELIABLE)

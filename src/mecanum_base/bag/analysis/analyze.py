@@ -20,6 +20,7 @@ from mecanum_base.bag.analysis.encoder_checks import encoder_findings
 from mecanum_base.bag.analysis.estimate import (
     EstimatedTrack,
     estimated,
+    following_findings,
     health_findings,
     slip_findings,
 )
@@ -123,6 +124,7 @@ def _analyze(path: str, options: Options, step: Step | None) -> dict[str, Any]:
         if estimate is not None:
             tracks['estimator'] = estimate.track
             findings += slip_findings(estimate, recording.origin_ns, robot.base.count > 3)
+            findings += following_findings(estimate, recording.origin_ns)
             findings += health_findings(estimate)
         if matrix is not None:
             tracks['wheels only'] = Track(motion.stamp_ns, dead_reckoned(motion, matrix))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -59,6 +60,7 @@ class EstimatedTrack:
     episodes: tuple[dict[str, Any], ...]
     health: Any
     path: float
+    strayed: tuple[tuple[str, int, float], ...] = ()  # as of CommandWatch
 
     @property
     def stamp_ns(self) -> IntArray:
@@ -83,7 +85,8 @@ def estimated(paths: list[str], robot: Robot, topics: Topics,
         np.array(columns.sigma), np.array(columns.slip), np.array(columns.probability),
         np.array(columns.body),
         tuple(episode_of(e, robot.base.joint) for e in done.intake.estimator.episodes),
-        done.intake.estimator.health, done.course.path)
+        dataclasses.replace(done.intake.health, notes=done.intake.estimator.health.notes),
+        done.course.path, done.intake.command_watch.strayed)
 
 
 def slip_findings(found: EstimatedTrack, origin_ns: int, redundant: bool) -> list[Finding]:
@@ -128,6 +131,19 @@ def slip_findings(found: EstimatedTrack, origin_ns: int, redundant: bool) -> lis
                                float(e['end'] - origin_ns / 1e9)) for e in found.episodes[:100]),
         numbers={'episodes': float(len(found.episodes)), 'seconds': total,
                  'largest': float(worst['slip_distance'])})]
+
+
+def following_findings(found: EstimatedTrack, origin_ns: int) -> list[Finding]:
+    """Wheels that do not follow their recorded commands; none where no command was recorded."""
+    if not found.strayed:
+        return []
+    shown = '; '.join(f'{joint} {seconds:.1f} s in all, first at {(first - origin_ns) / 1e9:.1f} s'
+                      for joint, first, seconds in found.strayed)
+    return [Finding(
+        'warning', 'wheel_not_following', 'a wheel does not follow its command', shown,
+        'is the wheel jammed, the motor too weak or without power, the encoder dead, or the '
+        'order or sign of the wheels wrong?', 'wheel_commands',
+        numbers={'seconds': max(seconds for _, _, seconds in found.strayed)})]
 
 
 def health_findings(found: EstimatedTrack) -> list[Finding]:
