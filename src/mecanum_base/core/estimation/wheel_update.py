@@ -32,6 +32,7 @@ from mecanum_base.core.estimation.layout import (
     KL,
     KY,
     LATE,
+    LATE_RUN,
     LOOSE_FOR,
     PROBABILITY,
     REACH,
@@ -215,7 +216,8 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
                 stack[i, j, :count] = S[i, j] + (T * T) * model.likely[i, j]
                 stack[i, j, count] = S[i, j] + late_cov[i, j]
         score = log_likelihood(stack, r)
-        lag = model.late_weight * (1.0 - float(m[LATE]))  # two late ones in a row are no lateness
+        # frames held up together come in twos; three in a row are no lateness
+        lag = model.late_weight / (1.0 + float(m[LATE_RUN]) ** 10)
         if memory.wheel[FORCED].max() > 0.0:
             lag = 0.0
         score[:count] += np.log(prior * (1.0 - lag))
@@ -231,6 +233,7 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
         memory.wheel[PROBABILITY] = p @ model.member
     memory.wheel[EXTRA] = 0.0
     m[LATE] = late
+    m[LATE_RUN] = late * (1.0 + float(m[LATE_RUN]))
     m[LOOSE_FOR] = model.extra_time if grips < 0.7 else max(0.0, float(m[LOOSE_FOR]) - T)
     power = float(speed @ speed)
     if grips > 0.95 and late < 0.5 and power > 0.02:
