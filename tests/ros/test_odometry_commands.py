@@ -63,16 +63,16 @@ def test_a_wheel_jammed_in_the_simulated_hardware_is_named_while_it_is_jammed(
                 script.run(0.2, 0.02)
             return estimator_of(odometry)
 
-        status = run(1.6)
+        status = run(1.0)
         used = int(status.values['used: wheel_commands'])
-        assert used > 70 and 'follow' not in status.message
+        assert used > 40 and 'follow' not in status.message
         assert drive is not None and odometry.commands.topic.conflict == ''
         sim.set_parameters([parameter('sim.fault_wheels', [1]), parameter('sim.fault', 'jam')])
-        status = run(2.0)
+        status = run(1.6)
         assert NOTE.format(JOINTS[1]) in status.message and status.level == WARN
         assert status.message.count('follow') == 1  # no other wheel
         sim.set_parameters([parameter('sim.fault', 'none')])
-        assert 'follow' not in run(1.6).message
+        assert 'follow' not in run(1.2).message
 
 
 class Standing:

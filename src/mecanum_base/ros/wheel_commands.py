@@ -18,6 +18,7 @@ from mecanum_base.ros.qos import RELIABLE
 
 TOPIC = 'wheel_commands'
 FIRST_SUBSCRIBER_WITHIN = 0.5  # s; discovery of a new publisher takes that long
+OTHERS_WITHIN = 0.1  # s; the first one may be a mere listener (odometry, recorder), not the motors
 
 
 class WheelCommands:
@@ -64,6 +65,7 @@ def send_last_zeros(node: Node) -> None:
         if time.monotonic() > end:
             return
         time.sleep(0.01)
+    time.sleep(OTHERS_WITHIN)
     zeros, now = np.zeros(len(joints)), node.get_clock().now().nanoseconds
     publisher.publish(messages.write_rate_array(zeros, Float64MultiArray()) if as_array else
                       messages.write_wheel_rates(now, zeros, JointState(), joints))
