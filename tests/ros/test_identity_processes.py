@@ -1,9 +1,11 @@
 """Live equals replay, with every node in a process of its own and a plain program driving."""
 
 import csv
+import json
 import signal
 import time
 
+import numpy as np
 import pytest
 
 pytest.importorskip('rclpy')
@@ -43,20 +45,27 @@ def text_of(stamp):
 
 
 def sensor_messages(robot_path, seconds):
-    """(time from the start [s], message) of a simulated drive."""
+    """(time from the start [s], topic, message) of a simulated drive with its commands."""
     robot = load_robot(robot_path)
     begin = time.time_ns()
     sim = Simulation(robot.base, robot.encoder, robot.imu, robot.sim, start_ns=begin)
     found = []
     for step in range(round(seconds / 0.01)):
-        sim.command([0.0] * 4 if step < 30 else [6.0, 3.0, 5.0, 4.0])
+        rates = [0.0] * 4 if step < 30 else [6.0, 3.0, 5.0, 4.0]
+        sim.command(rates)
+        if step % 2 == 0:
+            # by a clock 0.1 s ahead: samples behind it would be late if commands were merged
+            found.append((0.01 * step, 'wheel_commands', messages.write_wheel_rates(
+                begin + step * 10_000_000 + 100_000_000, np.array(rates), JointState(),
+                robot.base.joint)))
         for item in sim.advance_published(begin + (step + 1) * 10_000_000):
             at = (item.at_ns - begin) * 1e-9
             if isinstance(item.reading, WheelSample):
-                found.append((at, messages.write_wheel_angles(item.reading, JointState(),
-                                                              robot.base.joint)))
+                found.append((at, 'joint_states', messages.write_wheel_angles(
+                    item.reading, JointState(), robot.base.joint)))
             elif isinstance(item.reading, ImuSample):
-                found.append((at, messages.write_imu(item.reading, Imu(), 'imu_link')))
+                found.append((at, 'imu/data_raw', messages.write_imu(item.reading, Imu(),
+                                                                     'imu_link')))
     return found
 
 
@@ -64,17 +73,18 @@ def test_a_recording_replays_to_the_poses_that_were_published(
         outside, start, robot_path, tmp_path):
     """record, odometry and a driver of the hardware in three processes, in real time."""
     bag = tmp_path / 'bag'
-    joints = outside.node.create_publisher(JointState, 'joint_states', SENSOR_PUBLISHER)
-    imu = outside.node.create_publisher(Imu, 'imu/data_raw', SENSOR_PUBLISHER)
+    publishers = {topic: outside.node.create_publisher(kind, topic, SENSOR_PUBLISHER)
+                  for topic, kind in (('joint_states', JointState), ('imu/data_raw', Imu),
+                                      ('wheel_commands', JointState))}
     processes = [start('-m', 'mecanum_base', 'record', '--output', bag),
                  start('-m', 'mecanum_base', 'odometry', '--robot', robot_path)]
-    outside.until(lambda: joints.get_subscription_count() == imu.get_subscription_count() == 2
+    outside.until(lambda: all(p.get_subscription_count() == 2 for p in publishers.values())
                   and outside.node.count_publishers('/odom') == 1, 'record and odometry')
     outside.wait(0.5)  # record and odometry know each other before there is data
     begin = time.monotonic()
-    for at, msg in sensor_messages(robot_path, 1.5):
+    for at, topic, msg in sensor_messages(robot_path, 1.5):
         time.sleep(max(0.0, begin + at - time.monotonic()))
-        (joints if isinstance(msg, JointState) else imu).publish(msg)
+        publishers[topic].publish(msg)
     outside.wait(1.5)  # one more report of diagnostics
     for process in reversed(processes):
         process.send(signal.SIGINT)
@@ -87,6 +97,8 @@ def test_a_recording_replays_to_the_poses_that_were_published(
     if late_samples(bag):
         pytest.skip('this computer was too busy: samples came late and were dropped')
     assert len(published) > 50
+    summary = json.loads((tmp_path / 'out' / 'summary.json').read_text())
+    assert summary['messages']['wheel_commands']['used'] > 50
     for msg in published:
         row, pose, twist = rows[text_of(msg.header.stamp)], msg.pose.pose, msg.twist.twist
         assert (float(row['x']), float(row['y'])) == (pose.position.x, pose.position.y)
