@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import argparse
 import pathlib
 import sys
 
@@ -112,4 +113,6 @@ def main(runs):
 
 
 if __name__ == '__main__':
-    sys.exit(main(int(sys.argv[1]) if len(sys.argv) > 1 else 100))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('runs', type=int, nargs='?', default=100, help='simulated runs')
+    sys.exit(main(parser.parse_args().runs))

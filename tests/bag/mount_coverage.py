@@ -8,6 +8,7 @@ Motors, friction, loads, wheel errors and the datasheet errors of three IMUs, mo
 
 from __future__ import annotations
 
+import argparse
 import dataclasses
 import math
 import sys
@@ -86,5 +87,8 @@ def main(runs, name):
 
 
 if __name__ == '__main__':
-    sys.exit(main(int(sys.argv[1]) if len(sys.argv) > 1 else 100,
-                  sys.argv[2] if len(sys.argv) > 2 else 'square'))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('runs', type=int, nargs='?', default=100, help='runs an IMU')
+    parser.add_argument('scenario', nargs='?', default='square', help='scenario to drive')
+    chosen = parser.parse_args()
+    sys.exit(main(chosen.runs, chosen.scenario))
