@@ -1,5 +1,6 @@
 """Calibration; the coverage campaign: python tests/bag/calibration_coverage.py 100."""
 
+import json
 import subprocess
 import sys
 
@@ -12,10 +13,11 @@ from mecanum_base.bag.analysis.calibrated_file import calibrated_wheels, rewritt
 from mecanum_base.bag.analysis.calibration import Calibration
 from mecanum_base.bag.analysis.fitted_value import Value
 from mecanum_base.bag.analysis.robust_fit import robust_fit, student
+from mecanum_base.cli.main import main
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.core.kinematics.solve import body_from_wheels
 from mecanum_base.robot import Robot
-from mecanum_base.robot_file import parse_parameters
+from mecanum_base.robot_file import load_robot, parse_parameters
 
 
 def given(**scales):
@@ -128,9 +130,12 @@ def test_the_robust_fit_ignores_one_sided_outliers():
     assert fit.value[0] == pytest.approx(1.02, abs=0.003)
 
 
-def bag_of(make, path, made, names=driving.JOINTS):
+def bag_of(make, path, made, names=driving.JOINTS, imu=False):
     entries = [('/joint_states', int(s), make.joint_state(int(s), a, names))
                for s, a in zip(made.wheel_ns[::4], made.angle[::4])]
+    if imu:
+        entries += [('/imu/data_raw', int(s), make.imu(int(s), gyro, accel))
+                    for s, gyro, accel in zip(made.imu_ns[::2], made.gyro[::2], made.accel[::2])]
     entries += [('/ground_truth/odom', int(s), make.odometry(int(s), p))
                 for s, p in zip(made.truth_ns[::2], made.pose[::2])]
     return make.write_mcap(path, sorted(entries, key=lambda e: e[1]))
@@ -151,6 +156,23 @@ def test_the_command_writes_a_file_whose_odometry_is_better(tmp_path, make):
     scale = body_from_wheels(wheels_from_body(base)) / body_from_wheels(
         wheels_from_body(coverage.ROBOT.base))
     np.testing.assert_allclose(scale[:, 0], [1.04, 1.04 * 0.95, 1.04 * 0.35 / 0.37], rtol=0.01)
+
+
+def test_the_gyro_scale_of_the_written_file_is_the_right_one_and_fitted_no_more(tmp_path, make,
+                                                                               capsys):
+    """Another recording of the same robot, read with the written file, shows a scale of 1."""
+    files = [tmp_path / name for name in ('robot.yaml', 'first.yaml', 'second.yaml')]
+    files[0].write_text(driving.YAML + '    imu: {gyro_scale: 1.01}\n')
+    scales = []
+    for seed, old, new in ((5, *files[:2]), (6, *files[1:])):
+        made = driving.drive(seed=seed, seconds=60.0, gyro_scale=1.03)
+        path = bag_of(make, tmp_path / f'{seed}.mcap', made, imu=True)
+        assert main(['calibrate', path, '--robot', str(old), '--out', str(new), '--json']) == 0
+        found = json.loads(capsys.readouterr().out)
+        scales += [v['value'] for v in found['constants'] if v['name'] == 'gyro scale']
+    assert scales[0] == pytest.approx(1.03 / 1.01, abs=0.002)
+    assert scales[1] == pytest.approx(1.0, abs=0.002)
+    assert load_robot(files[1]).imu.gyro_scale == pytest.approx(1.03, abs=0.002)
 
 
 def test_a_folder_that_holds_bags_serves_too(tmp_path, make):

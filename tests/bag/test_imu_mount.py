@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mecanum_base.bag.analysis.calibrated_file import calibrated_wheels, mounting, rewritten
+from mecanum_base.bag.analysis.calibrated_file import (
+    calibrated_wheels,
+    imu_keys,
+    mounting,
+    rewritten,
+)
 from mecanum_base.bag.analysis.calibration import Calibration
 from mecanum_base.bag.analysis.drift import Track
 from mecanum_base.bag.analysis.evidence import Evidence
@@ -95,6 +100,8 @@ def test_the_true_pose_serves_where_the_wheels_do_not():
 
 @pytest.mark.parametrize('imu', ['', '    imu:\n', '    imu: {}\n',
                                  '    imu: {xyz: [0.1, 0.0, 0.0]}\n',
+                                 '    imu: {gyro_scale: 0.5, rpy: [0.0, 0.0, 0.0]}\n',
+                                 '    imu:\n      xyz: [0.1, 0.0, 0.0]\n      gyro_scale: 1.25\n',
                                  '    imu:\n      # mine\n      rpy: [0.0, 0.0, 0.1]  # old\n',
                                  '    imu:\n      xyz: [0.1, 0.0, 0.0]\n'])
 def test_the_turn_is_written_into_every_form_of_the_robot_file(imu):
@@ -103,12 +110,14 @@ def test_the_turn_is_written_into_every_form_of_the_robot_file(imu):
     found = Calibration('test')
     found.axes = {n: Value(n, None, None, None, '') for n in ('forward', 'sideways', 'turning')}
     found.mount = MountFit({'z': Value('z', 0.05, 0.04, 0.06, '')})
+    found.constants = [Value('gyro scale', 1.02, 1.01, 1.03, '')]
     new = rewritten(text, 'test', calibrated_wheels(old.base, found), 'why',
-                    mounting(found, old))
+                    imu_keys(found, old))
     again = Robot.from_mapping(parse_parameters(new, 'new'))
     true = Rotation.from_euler('z', 0.05).as_matrix() @ old.imu.base_from_sensor()
     assert apart(again.imu.base_from_sensor(), true) < 1e-7
     assert again.imu.xyz.tolist() == old.imu.xyz.tolist()
+    assert again.imu.gyro_scale == pytest.approx(1.02 * old.imu.gyro_scale, abs=1e-6)
     assert ('# old' in new) == ('# old' in imu)
 
 

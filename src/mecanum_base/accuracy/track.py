@@ -75,7 +75,7 @@ def readings_of(run: Run, robot: Robot, samples: list[Sample]) -> Readings:
                   and np.isfinite(s.gyro).all() and np.isfinite(s.accel).all()), key=_stamp)
     imu_ns = np.array([s.stamp_ns for s in imu], dtype=np.int64)
     turn = robot.imu.base_from_sensor()
-    gyro = np.array([s.gyro for s in imu]) @ turn.T
+    gyro = np.array([s.gyro for s in imu]) / robot.imu.gyro_scale @ turn.T
     accel = np.array([s.accel for s in imu]) @ turn.T
     step = np.diff(imu_ns, prepend=imu_ns[:1]) * 1e-9
     rate = gyro[:, 2]

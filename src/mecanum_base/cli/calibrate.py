@@ -43,7 +43,7 @@ def run(options: argparse.Namespace) -> int:
     from mecanum_base.bag.analysis.calibrate_bags import calibrate_bags
     from mecanum_base.bag.analysis.calibrated_file import (
         calibrated_wheels,
-        mounting,
+        imu_keys,
         rewritten,
         roller_text,
     )
@@ -62,9 +62,8 @@ def run(options: argparse.Namespace) -> int:
         found = calibrate_bags(paths, robot, options, progress.update)
     assert isinstance(robot.base, Wheels)
     given = [n for n, v in found.axes.items() if v.given]
-    rpy = mounting(found, robot)
-    if rpy is not None:
-        given.append('imu.rpy')
+    imu = imu_keys(found, robot)
+    given += [f'imu.{key}' for key in imu]
     text = roller_text(found, robot.base)
     if text:
         found.notes.append(text)
@@ -86,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
                f'{", ".join(given)}').replace('\n', ' ')
     try:
         pathlib.Path(options.out).write_text(
-            rewritten(read_text(options.robot), options.robot, changed, comment, rpy),
+            rewritten(read_text(options.robot), options.robot, changed, comment, imu),
             encoding='utf-8')
     except OSError as error:
         raise BagError(f'{options.out}: cannot be written: {error.strerror}') from None

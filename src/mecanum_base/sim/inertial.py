@@ -3,6 +3,7 @@
     gyro  = Q( M_g (w + vibration) + b_g(t) + n_g )      M = (I + sensitivity, cross axis) R_mount
     accel = Q( M_a (f + vibration) + b_a(t) + n_a )      b(t) = turn-on bias + random walk
 
+M_g is multiplied by the gyro scale of the robot file, whose hardware the simulator plays.
 n is white with the noise density times sqrt(rate / 2), Q rounds to the LSB and clips at the range.
 Lever arm, tilt and the low-pass filter act in the kernel, at the rate of the physics; a sample is
 the mean since the last one, as converters that integrate report it. Samples are
@@ -76,7 +77,8 @@ class Inertial:
             off = draw.standard_normal((3, 3)) * cross * scale
             off[np.diag_indices(3)] = draw.standard_normal(3) * sensitivity * scale
             start = draw.standard_normal(3) * bias * scale
-            triads.append(_Triad((np.eye(3) + off) @ sensor_from_base, start,
+            gain = mount.gyro_scale if name == 'gyro' else 1.0
+            triads.append(_Triad(gain * (np.eye(3) + off) @ sensor_from_base, start,
                                  walk * scale / root, density * scale * root / math.sqrt(2.0),
                                  lsb, full, seed, f'{name} noise'))
         self._gyro, self._accel = triads

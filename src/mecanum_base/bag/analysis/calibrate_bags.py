@@ -66,12 +66,6 @@ def fitted(evidences: list[Evidence], late: list[float], matrix: FloatArray) -> 
         return None
     result = calibrate(together(whole), matrix)
     result.mount = mount
-    for value in result.constants:
-        if value.name == 'gyro scale' and value.low is not None and value.high is not None \
-                and not value.low <= 1.0 <= value.high:
-            result.notes.append(f'gyro scale {value.value:.4f} has no line in the robot file: '
-                                'divide the rates by it in the driver; until then the estimator '
-                                'learns it')
     return result
 
 

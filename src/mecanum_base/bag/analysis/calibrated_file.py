@@ -4,6 +4,7 @@
     kappa = s_y/s_x: tan(roller) * kappa            (a + d stays the drive direction of the file)
     lambda = s_x/s_w: x, y scaled so that the yaw column of H becomes lambda times the old one
     imu.rpy:          the fitted turn put before the mount of the file
+    imu.gyro_scale:   that of the file * the fitted one
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from mecanum_base.bag.analysis.calibration import Calibration
+from mecanum_base.bag.analysis.calibration import GYRO_SCALE, Calibration
 from mecanum_base.bag.analysis.fitted_value import Value
 from mecanum_base.bag.analysis.wiring_signals import rpy_of
 from mecanum_base.core.errors import ConfigError
@@ -98,9 +99,21 @@ def mounting(found: Calibration, robot: Robot) -> tuple[float, float, float] | N
     return roll, pitch, yaw
 
 
+def imu_keys(found: Calibration, robot: Robot) -> dict[str, str]:
+    """Keys of the block ``imu`` that the fit changes, with their new values as YAML."""
+    keys: dict[str, str] = {}
+    rpy = mounting(found, robot)
+    if rpy is not None:
+        keys['rpy'] = listed(np.array(rpy))
+    for value in found.constants:
+        if value.name == GYRO_SCALE and value.value is not None:
+            keys['gyro_scale'] = f'{robot.imu.gyro_scale * value.value:.6f}'
+    return keys
+
+
 def rewritten(text: str, name: str, changed: Wheels, comment: str,
-              rpy: tuple[float, float, float] | None = None) -> str:
-    """The robot file ``text`` with the columns of ``changed`` (and ``imu.rpy``) put in place."""
+              imu: dict[str, str] | None = None) -> str:
+    """The robot file ``text`` with the columns of ``changed`` and the keys of ``imu`` (texts)."""
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     block = _below(root, ('ros__parameters', 'wheels'))
     if block is None:
@@ -109,8 +122,8 @@ def rewritten(text: str, name: str, changed: Wheels, comment: str,
     for key, node in block.value:
         if key.value in ('radius', 'roller', 'x', 'y'):
             edits.append(_replaced(text, key, node, listed(getattr(changed, key.value))))
-    if rpy is not None:
-        edits.append(_mounted(text, _below(root, ('ros__parameters',)), listed(np.array(rpy))))
+    if imu:
+        edits += _imu_edits(text, _below(root, ('ros__parameters',)), imu)
     for start, end, new in sorted(edits, reverse=True):
         tail = text[start:end]
         text = text[:start] + new + tail[len(tail.rstrip()):] + text[end:]
@@ -124,26 +137,28 @@ def _replaced(text: str, key: Any, node: Any, new: str) -> tuple[int, int, str]:
     return text.index(':', key.end_mark.index) + 1, node.end_mark.index, ' ' + new
 
 
-def _mounted(text: str, parameters: Any, rpy: str) -> tuple[int, int, str]:
-    """The edit that sets ``imu.rpy``: its value, a new key of the block, or a new block."""
+def _imu_edits(text: str, parameters: Any, keys: dict[str, str]) -> list[tuple[int, int, str]]:
+    """The edits that set keys of the block ``imu``: their values, new keys, or a new block."""
+    lines = [f'{key}: {value}' for key, value in keys.items()]
     for key, node in parameters.value:
-        if key.value == 'imu':
-            if not isinstance(node, yaml.MappingNode):  # `imu:` with nothing below
-                return _replaced(text, key, node, f'{{rpy: {rpy}}}')
-            for inner, old in node.value:
-                if inner.value == 'rpy':
-                    return _replaced(text, inner, old, rpy)
-            return _inserted(node, f'rpy: {rpy}')
-    return _inserted(parameters, f'imu: {{rpy: {rpy}}}')
+        if key.value != 'imu':
+            continue
+        if not isinstance(node, yaml.MappingNode):  # `imu:` with nothing below
+            return [_replaced(text, key, node, '{' + ', '.join(lines) + '}')]
+        there = {inner.value: (inner, old) for inner, old in node.value}
+        edits = [_replaced(text, *there[name], keys[name]) for name in keys if name in there]
+        new = [f'{name}: {keys[name]}' for name in keys if name not in there]
+        return edits + ([_inserted(node, new)] if new else [])
+    return [_inserted(parameters, ['imu: {' + ', '.join(lines) + '}'])]
 
 
-def _inserted(block: Any, line: str) -> tuple[int, int, str]:
-    """The edit that puts one more key first into a mapping."""
+def _inserted(block: Any, lines: list[str]) -> tuple[int, int, str]:
+    """The edit that puts more keys first into a mapping."""
     if block.flow_style:
         at = block.start_mark.index + 1
-        return at, at, line + (', ' if block.value else '')
+        return at, at, ', '.join(lines) + (', ' if block.value else '')
     at = block.value[0][0].start_mark
-    return at.index, at.index, f'{line}\n{" " * at.column}'
+    return at.index, at.index, ''.join(f'{line}\n{" " * at.column}' for line in lines)
 
 
 def _below(root: Any, path: tuple[str, ...]) -> Any:

@@ -26,6 +26,7 @@ from mecanum_base.bag.analysis.robust_fit import Fit, robust_fit, student
 from mecanum_base.core.kinematics.solve import body_from_wheels, parity_basis
 from mecanum_base.core.parameter import FloatArray
 
+GYRO_SCALE = 'gyro scale'  # name of that constant
 WIDEST = 0.03  # half width of a scale that is still worth giving
 _SHARE = 0.15  # of the way must be along an axis
 _WAY = {'forward': 1.5, 'sideways': 1.5, 'turning': 6.0}  # m, m, rad
@@ -176,15 +177,15 @@ def _gyro_scale(windows: Windows) -> list[Value]:
         return []
     turned = windows.moved[good, 2]
     if np.abs(turned).sum() < _WAY['turning']:
-        return [refused('gyro scale', f'only {np.abs(turned).sum():.1f} rad turned: '
+        return [refused(GYRO_SCALE, f'only {np.abs(turned).sum():.1f} rad turned: '
                         f'{MANOEUVRE["turning"]}')]
     design = np.column_stack([windows.gyro[good], np.ones(len(turned))])  # the quieter of both
     fit = robust_fit(design, turned, windows.cluster[good], np.array([1.0, 0.0]),
                      np.array([np.inf, 0.01]))
     if fit is None or fit.clusters[0] < _CLUSTERS:
-        return [refused('gyro scale', 'the motion is too short')]
+        return [refused(GYRO_SCALE, 'the motion is too short')]
     value = 1.0 / float(fit.value[0])
-    return [judged('gyro scale', value, fit.half_width(0, LEVEL) * value**2,
+    return [judged(GYRO_SCALE, value, fit.half_width(0, LEVEL) * value**2,
                    unmodelled=_GYRO_AXES)]
 
 

@@ -56,7 +56,8 @@ def evidence_of(paths: str | list[str], robot: Robot, encoder_topic: str | None 
                        f'{advice("encoder", str(topics.encoder), known)}')
     imu = imu_series(recording, topics)
     truth = truth_series(recording, truth_topic)
-    return Evidence(robot, motion, gyro_motion(imu) if imu is not None else None,
+    return Evidence(robot, motion,
+                    gyro_motion(imu, robot, turned=False) if imu is not None else None,
                     track_of(truth) if truth is not None else None, _commands(recording))
 
 

@@ -169,20 +169,24 @@ def integrated(step: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Gyro:
-    """Inertial columns in base_link axes (sensor axes without a robot file), sorted by stamp."""
+    """Inertial columns in base_link or sensor axes, sorted by stamp."""
 
     stamp_ns: IntArray
     rate: FloatArray  # (N, 3) rad/s
     accel: FloatArray  # (N, 3) m/s^2, NaN where absent
 
 
-def gyro_motion(series: Series, robot: Robot | None = None) -> Gyro | None:
-    """Inertial columns of an Imu topic; None with less than three samples."""
+def gyro_motion(series: Series, robot: Robot | None = None,
+                turned: bool = True) -> Gyro | None:
+    """Inertial columns of an Imu topic, with the gyro scale of the robot file; in sensor axes
+    without a robot file or if not ``turned``. None with less than three samples."""
     if 'gyro' not in series.values or len(series) < 3:
         return None
     order = np.argsort(series.stamp_ns, kind='stable')
     rate, accel = series.values['gyro'][order], series.values['accel'][order]
     if robot is not None:
+        rate = rate / robot.imu.gyro_scale
+    if robot is not None and turned:
         turn = robot.imu.base_from_sensor()
         rate, accel = rate @ turn.T, accel @ turn.T
     return Gyro(series.stamp_ns[order], rate, accel)

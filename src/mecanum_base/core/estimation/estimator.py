@@ -74,6 +74,7 @@ class Estimator:
         self._order: StampOrder[Sample] = StampOrder(round(tuning.reorder_wait * NANOSECONDS))
         self._turn: FloatArray = imu.base_from_sensor()
         self._plain = bool(np.array_equal(self._turn, np.eye(3)))
+        self._gyro_scale = float(imu.gyro_scale)
         self._period = round(NANOSECONDS / tuning.min_rate)
         self._counters = Counters()
         self._notes = unobservable(base)
@@ -213,6 +214,8 @@ class Estimator:
 
     def _imu(self, sample: ImuSample) -> None:
         gyro, accel = sample.gyro, sample.accel
+        if self._gyro_scale != 1.0:
+            gyro = gyro / self._gyro_scale
         if self._plain:
             roll, pitch, wz = float(gyro[0]), float(gyro[1]), float(gyro[2])
             ax, ay = float(accel[0]), float(accel[1])

@@ -50,13 +50,15 @@ class EncoderConfig:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ImuConfig:
-    """Mount of the IMU in base_link (REP-145)."""
+    """Mount of the IMU in base_link (REP-145) and scale of its gyro."""
 
     xyz: FloatArray = parameter('floats', 'm', 'position in base_link', default=(0.0, 0.0, 0.0))
     rpy: FloatArray = parameter('floats', 'rad', 'rotation base_link -> sensor, fixed axes X Y Z',
                                 default=(0.0, 0.0, 0.0))
     from_tf: bool = parameter('bool', '', 'read the mount from /tf_static and record it',
                               default=False)
+    gyro_scale: float = parameter('float', '', 'rate that the gyro reads over the true rate',
+                                  default=1.0, low=0.5, high=2.0)
 
     def __post_init__(self) -> None:
         for key in ('xyz', 'rpy'):

@@ -244,6 +244,8 @@ def _sample(whole: Stretch, place: int) -> Sample:
 
 def _push(estimator: Estimator, gyro: FloatArray, accel: FloatArray) -> FloatArray | None:
     """Gyro z, acceleration x, y, gyro x, y (I, 5) in base axes; None if one is out of range."""
+    if estimator._gyro_scale != 1.0:
+        gyro = gyro / estimator._gyro_scale
     found = np.column_stack([gyro[:, 2], accel[:, 0], accel[:, 1], gyro[:, 0], gyro[:, 1]])
     if not estimator._plain:
         turn = estimator._turn
