@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,8 @@ from mecanum_base.bag.encode import blank, encode
 from mecanum_base.bag.recorder import Recorder
 from mecanum_base.core.records import ImuSample, TickSample, WheelSample
 from mecanum_base.robot import Robot
-from mecanum_base.sim.headless import Command, Run
-from mecanum_base.sim.records import Reading, Truth
+from mecanum_base.sim.headless import Command, Headless, Section
+from mecanum_base.sim.records import Published, Reading, Truth
 
 WORLD_FRAME = 'map'  # frame of the truth
 TRUTH_COLUMNS = ('stamp', 'x', 'y', 'yaw', 'vx', 'vy', 'wz')
@@ -39,6 +40,8 @@ class SimulatedBag:
         self._recorder = Recorder(folder)
         self._channel = {t: self._recorder.channel(f'/{t}', kind) for t, kind in types.items()}
         self._filled = {topic: blank(kind) for topic, kind in types.items()}
+        self._commands: deque[Command] = deque()
+        self._readings: deque[Published] = deque()
 
     def _write(self, topic: str, at_ns: int, message: Any) -> None:
         self._recorder.write(self._channel[topic], at_ns, at_ns, encode(message))
@@ -74,39 +77,74 @@ class SimulatedBag:
             self._joints)
         self._write('wheel_commands', command.stamp_ns, message)
 
+    def section(self, section: Section) -> None:
+        """Write a section, commands before readings of the same instant."""
+        self._commands.extend(section.commands)
+        self._readings.extend(section.published)
+        self._write_before(section.until_ns)  # of that instant commands may still come
+
+    def rest(self) -> None:
+        """Write what waits after the last section."""
+        self._write_before(None)
+
+    def _write_before(self, end_ns: int | None) -> None:
+        commands, readings = self._commands, self._readings
+        while readings and (end_ns is None or readings[0].at_ns < end_ns):
+            item = readings.popleft()
+            while commands and commands[0].stamp_ns <= item.at_ns:
+                self.command(commands.popleft())
+            self.reading(item.at_ns, item.reading)
+
     def close(self) -> None:
         """Complete the bag."""
         self._recorder.close()
 
 
-def write_bag(run: Run, robot: Robot, folder: pathlib.Path,
-              progress: Callable[[float], None] | None = None) -> None:
-    """Write ``run`` as a rosbag2 folder, which must not exist (BagError)."""
-    bag = SimulatedBag(folder, robot)
-    waiting = iter((*run.commands, None))
-    command = next(waiting)
-    for number, item in enumerate(run.published):
-        while command is not None and command.stamp_ns <= item.at_ns:
-            bag.command(command)
-            command = next(waiting)
-        bag.reading(item.at_ns, item.reading)
-        if progress is not None and number % 1000 == 0:
-            progress(number / len(run.published))
-    bag.close()
+class TruthFiles:
+    """truth.tum and truth.csv (pose, twist; slip rate [rad/s] and angle of each wheel)."""
+
+    def __init__(self, folder: pathlib.Path, joints: tuple[str, ...]) -> None:
+        self._tum, self._csv = ((folder / name).open('w', encoding='ascii', newline='\n')
+                                for name in ('truth.tum', 'truth.csv'))
+        columns = [*TRUTH_COLUMNS, *(f'{joint}.slip_rate' for joint in joints),
+                   *(f'{joint}.slip_angle' for joint in joints)]
+        self._csv.write(','.join(columns) + '\n')
+
+    def write(self, truths: Sequence[Truth]) -> None:
+        """Add what is true at more instants."""
+        for truth in truths:
+            stamp = f'{truth.stamp_ns // 10**9}.{truth.stamp_ns % 10**9:09d}'
+            x, y, yaw = truth.pose.tolist()
+            qz, qw = float(np.sin(yaw / 2.0)), float(np.cos(yaw / 2.0))
+            self._tum.write(f'{stamp} {x!r} {y!r} 0 0 0 {qz!r} {qw!r}\n')
+            row = [x, y, yaw, *truth.twist.tolist(), *truth.slip_rate.tolist(),
+                   *truth.slip_angle.tolist()]
+            self._csv.write(stamp + ',' + ','.join(map(repr, row)) + '\n')
+
+    def close(self) -> None:
+        """Complete the files."""
+        self._tum.close()
+        self._csv.close()
 
 
-def write_truth(run: Run, folder: pathlib.Path) -> None:
-    """Write truth.tum and truth.csv (pose, twist; slip rate [rad/s] and angle of each wheel)."""
-    stamps = [f'{ns // 10**9}.{ns % 10**9:09d}' for ns in run.stamp_ns.tolist()]
-    half = run.pose[:, 2] / 2.0
-    with (folder / 'truth.tum').open('w', encoding='ascii', newline='\n') as out:
-        for stamp, (x, y, _), qz, qw in zip(stamps, run.pose.tolist(), np.sin(half).tolist(),
-                                            np.cos(half).tolist()):
-            out.write(f'{stamp} {x!r} {y!r} 0 0 0 {qz!r} {qw!r}\n')
-    columns = [*TRUTH_COLUMNS, *(f'{joint}.slip_rate' for joint in run.joints),
-               *(f'{joint}.slip_angle' for joint in run.joints)]
-    table = np.hstack([run.pose, run.twist, run.slip_rate, run.slip_angle]).tolist()
-    with (folder / 'truth.csv').open('w', encoding='ascii', newline='\n') as out:
-        out.write(','.join(columns) + '\n')
-        for stamp, row in zip(stamps, table):
-            out.write(stamp + ',' + ','.join(map(repr, row)) + '\n')
+def write_run(headless: Headless, robot: Robot, folder: pathlib.Path,
+              progress: Callable[[float], None] | None = None) -> tuple[int, Truth | None]:
+    """Run and write as it goes: a rosbag2 folder ``bag``, which must not exist (BagError), and
+    the truth. Returns how many readings there were and the last truth.
+
+    A run that is broken off leaves complete files that end there.
+    """
+    bag, truths = SimulatedBag(folder / 'bag', robot), TruthFiles(folder, headless.joints)
+    count, last = 0, None
+    try:
+        for section in headless.sections(progress):
+            bag.section(section)
+            known = [item.reading for item in section.published
+                     if isinstance(item.reading, Truth)]
+            truths.write(known)
+            count, last = count + len(section.published), known[-1] if known else last
+        bag.rest()
+    finally:
+        bag.close()
+        truths.close()
+    return count, last

@@ -73,36 +73,37 @@ def _list() -> int:
 
 
 def _headless(options: argparse.Namespace) -> int:
-    from mecanum_base.bag.simulated import write_bag, write_truth
+    from mecanum_base.bag.simulated import write_run
     from mecanum_base.cli.progress import Progress
     from mecanum_base.robot_file import load_robot, read_text
-    from mecanum_base.sim.headless import run as simulate
+    from mecanum_base.sim.headless import Headless
     from mecanum_base.sim.scenario_file import find_scenario, load_scenario
     scenario = load_scenario(options.scenario)
     robot_path = robot_of(scenario.robot, options.scenario, options.robot)
     robot, out = load_robot(robot_path), pathlib.Path(options.out)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise ConfigError('--out', str(out), 'exists already and is not overwritten')
-    begin = time.perf_counter()
-    with Progress(scenario.name) as progress:
-        done = simulate(scenario, robot.base, robot.encoder, robot.imu, robot.sim,
-                        seed=options.seed, duration=options.duration,
-                        progress=lambda share: progress.update(share, 'simulating'))
-    seconds = (done.end_ns - done.start_ns) / 1e9
-    pace = seconds / max(time.perf_counter() - begin, 1e-9)
+    headless = Headless(scenario, robot.base, robot.encoder, robot.imu, robot.sim,
+                        seed=options.seed, duration=options.duration)
     out.mkdir(parents=True, exist_ok=True)
-    with Progress('writing') as progress:
-        write_bag(done, robot, out / 'bag', lambda share: progress.update(share))
-    write_truth(done, out)
     (out / 'robot.yaml').write_text(read_text(robot_path), encoding='utf-8')
     (out / 'scenario.yaml').write_text(read_text(find_scenario(options.scenario)),
                                        encoding='utf-8')
-    x, y, yaw = done.pose[-1]
-    print(f'{scenario.name}, seed {done.seed}: {seconds:.1f} s, {len(done.published)} readings, '
-          f'true end at x {x:.3f} m, y {y:.3f} m, yaw {yaw:.3f} rad; simulated at {pace:.0f} '
-          f'times real time')
+    begin = time.perf_counter()
+    seconds = (headless.end_ns - headless.start_ns) / 1e9
+    with Progress(scenario.name) as progress:
+        count, last = write_run(headless, robot, out,
+                                lambda share: progress.update(share, _pace(seconds * share,
+                                                                           begin)))
+    x, y, yaw = last.pose if last is not None else (0.0, 0.0, 0.0)
+    print(f'{scenario.name}, seed {headless.seed}: {seconds:.1f} s, {count} readings, '
+          f'true end at x {x:.3f} m, y {y:.3f} m, yaw {yaw:.3f} rad; {_pace(seconds, begin)}')
     print(f'written to {out}: bag, truth.tum, truth.csv, robot.yaml, scenario.yaml')
     return 0
+
+
+def _pace(seconds: float, begin: float) -> str:
+    return f'{seconds / max(time.perf_counter() - begin, 1e-9):.0f} times real time'
 
 
 def robot_of(name: str, scenario: str, given: str | None) -> pathlib.Path:

@@ -1,4 +1,4 @@
-"""Run a scenario in memory, as fast as the machine allows, without ROS.
+"""Run a scenario without ROS, as fast as the machine allows, whole or section by section.
 
 The driver asks for a twist at the true pose; it is turned into wheel rates by the geometry of the
 robot file (the true one differs by its errors), as the drive node does, and sent at 50 Hz.
@@ -7,7 +7,7 @@ robot file (the true one differs by its errors), as the drive node does, and sen
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,6 +42,16 @@ class Command:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Section:
+    """What a part of a run gave: ``commands`` before ``until_ns`` and what was ``published`` up
+    to then, both in order of time and since the section before."""
+
+    until_ns: int
+    commands: tuple[Command, ...]
+    published: tuple[Published, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Run:
     """Everything one run gave.
 
@@ -73,43 +83,73 @@ class Run:
         return [sample for _, _, sample in timed]
 
 
-def run(scenario: Scenario, base: Base, encoder: EncoderConfig, imu: ImuConfig, sim: SimConfig, *,
-        seed: int | None = None, duration: float | None = None, start_ns: int = START_NS,
-        progress: Callable[[float], None] | None = None) -> Run:
-    """Run ``scenario`` with the robot of these blocks of a robot file; returns all it gave.
+class Headless:
+    """One run of ``scenario`` with the robot of these blocks of a robot file.
 
     ``sim`` is the block of the robot file; the scenario's own ``sim`` values replace it, and
     ``seed`` (default: that of the scenario) replaces its seed. ``duration`` [s] replaces that of
-    the scenario. ``progress`` is called with the share done, 0..1. With ``sim.engine`` auto the
-    compiled engine is used where numba is installed. The result depends on the arguments only.
+    the scenario. With ``sim.engine`` auto the compiled engine is used where numba is installed.
+    The result depends on the arguments only.
     """
-    used = scenario.seed if seed is None else seed
-    engine = choose(scenario.settings(sim).engine, prefer_numba=True)
-    config = dataclasses.replace(sim, seed=used, engine=engine)
-    own = {k: v for k, v in scenario.sim.items() if k not in ('seed', 'engine')}
-    simulation = Simulation(base, encoder, imu, config, scenario.replace(sim=own), start_ns)
-    driver = scenario.driver(used)
-    end_ns = start_ns + round((scenario.duration if duration is None else duration) * NANOSECONDS)
-    period = round(NANOSECONDS / COMMAND_RATE)
+
+    def __init__(self, scenario: Scenario, base: Base, encoder: EncoderConfig, imu: ImuConfig,
+                 sim: SimConfig, *, seed: int | None = None, duration: float | None = None,
+                 start_ns: int = START_NS) -> None:
+        self.seed = scenario.seed if seed is None else seed
+        self.start_ns = start_ns
+        self.end_ns = start_ns + round(
+            (scenario.duration if duration is None else duration) * NANOSECONDS)
+        engine = choose(scenario.settings(sim).engine, prefer_numba=True)
+        config = dataclasses.replace(sim, seed=self.seed, engine=engine)
+        own = {k: v for k, v in scenario.sim.items() if k not in ('seed', 'engine')}
+        self._simulation = Simulation(base, encoder, imu, config, scenario.replace(sim=own),
+                                      start_ns)
+        self._driver = scenario.driver(self.seed)
+        self._rates = _RatesFromTwist(base, self._simulation)
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Wheel joints in the order of all wheel arrays."""
+        return self._simulation.joints
+
+    def sections(self, progress: Callable[[float], None] | None = None) -> Iterator[Section]:
+        """Drive (once); a section is two seconds, so memory does not grow with the run.
+
+        ``progress`` is called with the share done, 0..1.
+        """
+        simulation, start, end = self._simulation, self.start_ns, self.end_ns
+        period = round(NANOSECONDS / COMMAND_RATE)
+        commands: list[Command] = []
+        now = start
+        while now < end:
+            twist = np.array(self._driver.twist((now - start) / NANOSECONDS,
+                                                simulation.plant.pose))
+            commands.append(Command(now, twist, self._rates(twist)))
+            simulation.command(commands[-1].rate)
+            now = min(now + period, end)
+            if len(commands) < _BULK and now < end:
+                simulation.move(now)
+            else:
+                yield Section(now, tuple(commands), simulation.advance_published(now))
+                commands = []
+            if progress is not None:
+                progress((now - start) / (end - start))
+
+
+def run(scenario: Scenario, base: Base, encoder: EncoderConfig, imu: ImuConfig, sim: SimConfig, *,
+        seed: int | None = None, duration: float | None = None, start_ns: int = START_NS,
+        progress: Callable[[float], None] | None = None) -> Run:
+    """All that a run of :class:`Headless` gives, in memory."""
+    headless = Headless(scenario, base, encoder, imu, sim, seed=seed, duration=duration,
+                        start_ns=start_ns)
     published: list[Published] = []
     commands: list[Command] = []
-    rates = _RatesFromTwist(base, simulation)
-    now = start_ns
-    while now < end_ns:
-        twist = np.array(driver.twist((now - start_ns) / NANOSECONDS, simulation.plant.pose))
-        command = Command(now, twist, rates(twist))
-        commands.append(command)
-        simulation.command(command.rate)
-        now = min(now + period, end_ns)
-        if len(commands) % _BULK and now < end_ns:
-            simulation.move(now)
-        else:
-            published += simulation.advance_published(now)
-        if progress is not None:
-            progress((now - start_ns) / (end_ns - start_ns))
+    for section in headless.sections(progress):
+        published += section.published
+        commands += section.commands
     truth = [item.reading for item in published if isinstance(item.reading, Truth)]
-    return Run(simulation.joints, used, start_ns, end_ns, tuple(published), tuple(commands),
-               np.array([t.stamp_ns for t in truth], dtype=np.int64),
+    return Run(headless.joints, headless.seed, start_ns, headless.end_ns, tuple(published),
+               tuple(commands), np.array([t.stamp_ns for t in truth], dtype=np.int64),
                np.array([t.pose for t in truth]), np.array([t.twist for t in truth]),
                np.array([t.slip_rate for t in truth]), np.array([t.slip_angle for t in truth]))
 
