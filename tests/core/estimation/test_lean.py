@@ -84,7 +84,7 @@ def test_the_offset_of_a_tilted_base_turns_with_it_and_that_of_the_sensor_does_n
 
 def test_the_share_of_the_yaw_rate_in_the_other_axes_is_learnt(parts):
     model, memory = parts
-    memory.m[[LEAN_REST, HAVE_GYRO, WZ]] = 1.0, 1.0, 1.0
+    memory.m[LEAN_REST] = memory.m[HAVE_GYRO] = memory.m[WZ] = 1.0
     for _ in range(4000):
         follow(memory, 0.012, -0.02, 0.005)
         wander(model, memory)
@@ -96,7 +96,7 @@ def test_the_share_of_the_yaw_rate_in_the_other_axes_is_learnt(parts):
 @pytest.mark.parametrize('rates', [(0.0, 0.0), (math.nan, 0.1), (math.inf, 0.1), (500.0, 0.0)])
 def test_axes_that_are_silent_or_absurd_are_not_followed(parts, rates):
     model, memory = parts
-    memory.m[[LEAN_REST, HAVE_GYRO, LEAN_GAIN]] = 1.0
+    memory.m[LEAN_REST] = memory.m[HAVE_GYRO] = memory.m[LEAN_GAIN] = 1.0
     follow(memory, *rates, 0.005)
     assert memory.x[BAX] == memory.x[BAY] == 0.0
     assert wander(model, memory) == model.accel_drift ** 2

@@ -13,7 +13,10 @@ from collections.abc import Callable
 from importlib import resources
 from typing import Any, TypeVar, cast
 
+from mecanum_base.core.parameter import FloatArray, IntArray
+
 Kernel = TypeVar('Kernel', bound=Callable[..., Any])
+Cells = TypeVar('Cells', FloatArray, IntArray)
 
 try:
     if os.environ.get('MECANUM_BASE_FAST') != '1':
@@ -36,6 +39,14 @@ def _sources() -> str:
 
 
 _STATE = _sources() if COMPILED else ''
+
+
+def cells(array: Cells) -> Cells:
+    """``array`` for kernels that take it number by number, sharing its memory.
+
+    Plain Python reads and writes a memoryview in half the time that an array takes.
+    """
+    return array if COMPILED else cast(Cells, memoryview(array))  # type: ignore[arg-type]
 
 
 def kernel(function: Kernel) -> Kernel:

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from mecanum_base.core.estimation.acceleration import cells
 from mecanum_base.core.estimation.geometry import (
     Base,
     carrier_table,
@@ -138,7 +139,7 @@ def memory_of(base: Base, model: Model, tuning: EstimatorConfig) -> Memory:
              np.ascontiguousarray(rolling_rows(base)),
              np.array(base.initial_angle) if isinstance(base, Carriers) else np.zeros(0),
              np.eye(1, len(model.member))[0], wheel, np.zeros((2 * SLOPE, w)),
-             np.zeros((PAST, 1 + 2 * w)), np.zeros(row_size(w)), np.zeros((3, BLOCK)))
+             np.zeros((PAST, 1 + 2 * w)), np.zeros(row_size(w)), np.zeros(3 * BLOCK))
     store = np.concatenate([part.ravel() for part in parts])
     ends = np.cumsum([part.size for part in parts])
     x, P, m, rows, hinge, mode, wheel, slope, past, row, block = (
@@ -146,9 +147,11 @@ def memory_of(base: Base, model: Model, tuning: EstimatorConfig) -> Memory:
     kept_ns = np.zeros((SLOTS, 3), dtype=np.int64)
     kept_ns[:, 1] = -TAPE - 1
     return Memory(
-        x=x, P=P, m=m, clock=np.zeros(CLOCK_SIZE, dtype=np.int64), rows=rows, hinge=hinge,
-        mode=mode, wheel=wheel, slope=slope, past=past, row=row, block=block, store=store,
+        x=x, s=cells(x), P=P, m=cells(m), clock=cells(np.zeros(CLOCK_SIZE, dtype=np.int64)),
+        rows=rows, axis=cells(rows), hinge=hinge, mode=mode, wheel=wheel, each=cells(wheel),
+        slope=slope, past=past, row=row, block=cells(block), store=store,
         kept=np.zeros((SLOTS, len(store))),
-        kept_clock=np.zeros((SLOTS, CLOCK_SIZE), dtype=np.int64), kept_ns=kept_ns,
-        tape=np.zeros((TAPE, max(5, 2 * w))), tape_ns=np.zeros((TAPE, 2), dtype=np.int64),
-        reel=np.zeros(REEL_SIZE, dtype=np.int64))
+        kept_clock=np.zeros((SLOTS, CLOCK_SIZE), dtype=np.int64), kept_ns=cells(kept_ns),
+        tape=cells(np.zeros((TAPE, max(5, 2 * w)))),
+        tape_ns=cells(np.zeros((TAPE, 2), dtype=np.int64)),
+        reel=cells(np.zeros(REEL_SIZE, dtype=np.int64)))

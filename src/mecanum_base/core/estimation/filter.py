@@ -14,6 +14,7 @@ from mecanum_base.core.estimation.layout import (
     CARRIED,
     EXTRA,
     GAP_X,
+    GAP_Y,
     GAP_YAW,
     JITTER,
     LAST_FRAME,
@@ -110,7 +111,8 @@ class BodyFilter:
         P[:, PX:YAW + 1] = 0.0
         P[PX:YAW + 1, PX:YAW + 1] = 0.5 * (covariance + covariance.T)
         self.memory.m[LAST_YAW] = x[YAW]
-        self.memory.m[GAP_X:GAP_YAW + 1] = 0.0
+        for k in (GAP_X, GAP_Y, GAP_YAW):
+            self.memory.m[k] = 0.0
         forget(self.memory)
         self.row()  # kept: calm frames repeat it
 
@@ -154,5 +156,6 @@ class BodyFilter:
         self.armed = False
 
     def _start(self, stamp_ns: int) -> None:
-        self.memory.clock[[NOW, LAST_IMU, LAST_FRAME]] = stamp_ns
+        for k in (NOW, LAST_IMU, LAST_FRAME):
+            self.memory.clock[k] = stamp_ns
         self.started = True

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from mecanum_base.core.estimation.acceleration import kernel
 from mecanum_base.core.estimation.geometry import carrier_rows
 from mecanum_base.core.estimation.hindsight import (
     account,
+    corrected,
 )
 from mecanum_base.core.estimation.inertial import carry, read_imu
 from mecanum_base.core.estimation.layout import (
+    CALM,
     CARRIED,
     FORCED,
     HAVE_ACCEL,
@@ -59,15 +59,16 @@ LONGEST = 0.04  # s, longest motion that one covariance step may cover
 def step_imu(model: Model, memory: Memory, now: int, gyro: float, ax: float, ay: float,
              roll: float, pitch: float) -> None:
     """Use one IMU reading in base axes: gyro z, specific force x, y, gyro x, y; NaN = missing."""
+    m = memory.m
     dt = min((now - memory.clock[LAST_IMU]) * 1e-9, model.imu_gap)
-    if memory.m[HAVE_GYRO] == 0.0 or memory.m[HAVE_ACCEL] == 0.0:
+    if m[HAVE_GYRO] == 0.0 or m[HAVE_ACCEL] == 0.0:
         carry(model, memory, now)
         spread(model, memory)  # noise of the blind time belongs to what is past
     read_imu(model, memory, now, gyro, ax, ay)
-    if memory.m[STILL] == 0.0:
+    if m[STILL] == 0.0:
         follow(memory, roll, pitch, dt)
     watch(model, memory, gyro, ax, ay, roll, pitch, dt)
-    if memory.m[SUM_T] > LONGEST:
+    if m[SUM_T] > LONGEST:
         spread(model, memory)
 
 
@@ -95,13 +96,27 @@ def predict(model: Model, memory: Memory, now: int) -> None:
 def evened(memory: Memory, step: float, span: float) -> float:
     """``span`` [s] without stamp jitter, where frames come at a steady rate of about ``step``."""
     m = memory.m
-    period = float(m[PERIOD])
+    period = m[PERIOD]
     if period == 0.0:
         m[PERIOD] = step
         return span
-    m[PERIOD] += 0.02 * min(max(step - period, -0.1 * period), 0.1 * period)
+    m[PERIOD] = period + 0.02 * min(max(step - period, -0.1 * period), 0.1 * period)
     whole = period * float(round(span / period))
     return whole if abs(span - whole) < EVEN * period else span
+
+
+@kernel
+def allow_calm(model: Model, memory: Memory) -> None:
+    """May the frames to come be calm? All wheels grip, for some time, and none is forced."""
+    m, each = memory.m, memory.each
+    m[CALM] = 0.0
+    if (memory.mode[0] < SURE or m[LOOSE_FOR] > 0.0 or m[LATE] > 0.5
+            or memory.hinge.shape[0] > 0):
+        return
+    for i in range(model.wheels):
+        if each[FORCED, i] > 0.0 or abs(each[SLIP, i]) > model.calm_slip:
+            return
+    m[CALM] = 1.0
 
 
 @kernel
@@ -110,27 +125,34 @@ def calm(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, span: f
 
     Travel is cumulative, so a frame that is passed over loses nothing: the next one carries it.
     """
-    m, x, w = memory.m, memory.x, model.wheels
-    if (span >= model.calm_span or memory.mode[0] < SURE or m[LOOSE_FOR] > 0.0
-            or memory.wheel[FORCED].max() > 0.0
+    m, s, axis, w = memory.m, memory.s, memory.axis, model.wheels
+    if (span >= model.calm_span or m[CALM] == 0.0
             or abs(m[SLOW_AX]) + abs(m[SLOW_AY]) > model.calm_push
-            or np.abs(memory.wheel[SLIP]).max() > model.calm_slip
-            or m[HAVE_GYRO] == 0.0 or m[HAVE_ACCEL] == 0.0 or m[LATE] > 0.5
-            or memory.hinge.shape[0] > 0 or valid.min() == 0.0):
+            or m[HAVE_GYRO] == 0.0 or m[HAVE_ACCEL] == 0.0):
         return False
-    phi, creep = K + w, K + 2 * w
-    motion = np.array([float(m[SUM_X]), (1.0 + float(x[KY])) * float(m[SUM_Y]),
-                       (1.0 + float(x[KL])) * float(m[SUM_YAW])])
-    r = z - x[phi:creep] - (1.0 + x[K:phi]) * (memory.rows @ motion)
-    return bool((np.abs(r) < memory.wheel[REACH]).all())
+    along, lateral = m[SUM_X], (1.0 + s[KY]) * m[SUM_Y]
+    lever = (1.0 + s[KL]) * m[SUM_YAW]
+    for i in range(w):
+        rolled = axis[i, 0] * along + axis[i, 1] * lateral + axis[i, 2] * lever
+        r = z[i] - s[K + w + i] - (1.0 + s[K + i]) * rolled
+        if not (valid[i] > 0.0 and abs(r) < memory.each[REACH, i]):
+            return False
+    return True
 
 
 @kernel
 def still(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, step: float) -> bool:
     """Do the wheels keep their place? Ends a standstill where they do not; True while it lasts."""
-    m, wheel = memory.m, memory.wheel
-    if (valid * np.abs(z - wheel[REST]) - model.rest_travel).max() > 0.0:
-        wheel[REST] = np.where(valid > 0.0, z, wheel[REST])
+    m, each = memory.m, memory.each
+    moved = False
+    for i in range(model.wheels):
+        if valid[i] > 0.0 and abs(z[i] - each[REST, i]) > model.rest_travel[i]:
+            moved = True
+            break
+    if moved:
+        for i in range(model.wheels):
+            if valid[i] > 0.0:
+                each[REST, i] = z[i]
         m[QUIET] = 0.0
         if m[STILL] > 0.0:
             leave(memory)
@@ -138,9 +160,11 @@ def still(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, step: 
         m[QUIET] += step
     if m[STILL] == 0.0:
         return False
-    wheel[TRAVEL] = np.where(valid > 0.0, z, wheel[TRAVEL])
-    wheel[SLIP] = 0.0
-    m[LAST_YAW] = memory.x[YAW]
+    for i in range(model.wheels):
+        if valid[i] > 0.0:
+            each[TRAVEL, i] = z[i]
+        each[SLIP, i] = 0.0
+    m[LAST_YAW] = memory.s[YAW]
     return True
 
 
@@ -164,18 +188,19 @@ def step_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
     clock[JUDGED] = now
     if still(model, memory, z, valid, step):
         return
-    before = memory.x[:K].copy()
+    px, py, yaw, vx, vy, bx, by = corrected(memory)
     judge(model, memory, z, valid, span)
-    account(memory, before, span)
+    account(memory, span, px, py, yaw, vx, vy, bx, by)
     if m[HAVE_GYRO] == 0.0:
-        m[WZ] = (memory.x[YAW] - m[LAST_YAW]) / span
-    m[LAST_YAW] = memory.x[YAW]
+        m[WZ] = (memory.s[YAW] - m[LAST_YAW]) / span
+    m[LAST_YAW] = memory.s[YAW]
     if memory.hinge.shape[0] > 0:
         memory.rows[:, :] = carrier_rows(model.carriers, memory.hinge)
     measure(model, memory, z, valid, span)
     watch_slope(model, memory)
     unlock(model, memory, span)
     uncertainty(model, memory)
+    allow_calm(model, memory)
 
 
 @kernel

@@ -25,14 +25,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from mecanum_base.core.estimation.acceleration import kernel
 from mecanum_base.core.estimation.layout import (
     BAX,
     BAY,
     BSX,
     BSY,
+    CALM,
     FIX_BX,
     FIX_BY,
     FIX_PX,
@@ -77,15 +76,14 @@ HIDDEN_CREEP = 0.012  # s, creep of wheels that grip, per acceleration
 
 
 @kernel
-def record(memory: Memory, now: int, kind: int, first: FloatArray, second: FloatArray) -> None:
-    """Put one reading on the tape."""
+def record(memory: Memory, now: int, kind: int) -> int:
+    """Put one reading on the tape: the row of it that its values belong in."""
     count = memory.reel[REEL_COUNT]
     at = count % TAPE
     memory.tape_ns[at, 0] = now
     memory.tape_ns[at, 1] = kind
-    memory.tape[at, :len(first)] = first
-    memory.tape[at, len(first):len(first) + len(second)] = second
     memory.reel[REEL_COUNT] = count + 1
+    return int(at)
 
 
 @kernel
@@ -107,79 +105,102 @@ def keep(memory: Memory, now: int) -> None:
 @kernel
 def forget(memory: Memory) -> None:
     """No snapshot is of use any more: the state has been changed from outside."""
-    memory.kept_ns[:, 1] = -TAPE - 1
+    for slot in range(SLOTS):
+        memory.kept_ns[slot, 1] = -TAPE - 1
 
 
 @kernel
 def close_gap(memory: Memory, dt: float) -> None:
     """Let the published pose run into that of the filter, without a step: odom is continuous."""
     m = memory.m
+    x, y, yaw = m[GAP_X], m[GAP_Y], m[GAP_YAW]
+    if x == 0.0 and y == 0.0 and yaw == 0.0:
+        return
     share = math.exp(-dt / GAP_TIME)
-    for k in (GAP_X, GAP_Y, GAP_YAW):
-        m[k] = share * m[k] if abs(m[k]) > 1e-9 else 0.0
+    m[GAP_X] = share * x if abs(x) > 1e-9 else 0.0
+    m[GAP_Y] = share * y if abs(y) > 1e-9 else 0.0
+    m[GAP_YAW] = share * yaw if abs(yaw) > 1e-9 else 0.0
 
 
 @kernel
-def onset(memory: Memory, before: FloatArray) -> bool:
-    """Has a wheel just been found slipping that did not slip ``before`` (W,)?"""
-    slips = memory.wheel[PROBABILITY] > 0.5
-    return bool((slips & (before <= 0.5)).any())
+def slipping_set(memory: Memory, wheels: int) -> int:
+    """The wheels that slip now, as bits."""
+    found = 0
+    for i in range(wheels):
+        if memory.each[PROBABILITY, i] > 0.5:
+            found |= 1 << i
+    return found
 
 
 @kernel
 def usable(memory: Memory, now: int, youngest: int, oldest: int) -> int:
-    """The oldest snapshot whose age [ns] lies within these bounds, or -1."""
-    stamp = memory.kept_ns[:, 0]
-    good = ((stamp >= now - oldest) & (stamp <= now - youngest) & (memory.kept_ns[:, 2] > 0)
-            & (memory.kept_ns[:, 1] >= memory.reel[REEL_COUNT] - TAPE))
-    if not good.any():
-        return -1
-    return int(np.argmin(np.where(good, stamp, now)))
+    """The oldest snapshot whose age [ns] lies within these bounds, or -1.
+
+    Snapshots lie EVERY apart or more, so none that is young enough lies further back in the ring.
+    """
+    last, first = memory.reel[REEL_SLOT], memory.reel[REEL_COUNT] - TAPE
+    kept = memory.kept_ns
+    for back in range(min(oldest // EVERY, SLOTS - 1), -1, -1):
+        slot = (last - back) % SLOTS
+        if (youngest <= now - kept[slot, 0] <= oldest and kept[slot, 1] >= first
+                and kept[slot, 2] > 0):
+            return int(slot)
+    return -1
 
 
 @kernel
-def account(memory: Memory, before: FloatArray, T: float) -> None:
-    """Sum up, in odom axes, what this frame has corrected since the state was ``before`` (K,).
+def corrected(memory: Memory) -> tuple[float, float, float, float, float, float, float]:
+    """What a frame may correct: pose, velocity and offset of the accelerometer."""
+    s = memory.s
+    return s[PX], s[PY], s[YAW], s[VX], s[VY], s[BAX], s[BAY]
+
+
+@kernel
+def account(memory: Memory, T: float, px: float, py: float, yaw: float, vx: float, vy: float,
+            bx: float, by: float) -> None:
+    """Sum up, in odom axes, what this frame has corrected since these were :func:`corrected`.
 
     What it has done to the pose goes to the gap, so that what is published has no step.
     """
-    m, x = memory.m, memory.x
+    m, s = memory.m, memory.s
     m[FIX_PX] += T * m[FIX_BX]
     m[FIX_PY] += T * m[FIX_BY]
-    c, s = math.cos(x[YAW]), math.sin(x[YAW])
-    dx, dy = float(x[VX] - before[VX]), float(x[VY] - before[VY])
-    m[FIX_VX] += c * dx - s * dy
-    m[FIX_VY] += s * dx + c * dy
-    dx, dy = float(x[BAX] - before[BAX]), float(x[BAY] - before[BAY])
-    m[FIX_BX] += c * dx - s * dy
-    m[FIX_BY] += s * dx + c * dy
-    m[GAP_X] += before[PX] - x[PX]
-    m[GAP_Y] += before[PY] - x[PY]
-    m[GAP_YAW] += before[YAW] - x[YAW]
+    now = s[YAW]
+    cos, sin = math.cos(now), math.sin(now)
+    dx, dy = s[VX] - vx, s[VY] - vy
+    m[FIX_VX] += cos * dx - sin * dy
+    m[FIX_VY] += sin * dx + cos * dy
+    dx, dy = s[BAX] - bx, s[BAY] - by
+    m[FIX_BX] += cos * dx - sin * dy
+    m[FIX_BY] += sin * dx + cos * dy
+    m[GAP_X] += px - s[PX]
+    m[GAP_Y] += py - s[PY]
+    m[GAP_YAW] += yaw - now
 
 
 @kernel
-def hidden(model: Model, memory: Memory, now: int, slot: int) -> FloatArray:
-    """Which wheels (W,) must have slipped since snapshot ``slot``, unnoticed frame by frame: 1.
+def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray) -> None:
+    """Mark in ``slips`` (W,) the wheels that must have slipped, unnoticed, since ``slot``.
 
     The velocity that the IMU alone would have led to since then is that of the filter less all
     corrections by the wheels; d is their sum. Slip of wheel i is A_i d.
     """
-    m, w = memory.m, model.wheels
-    n = len(memory.x)
+    m = memory.m
+    n = memory.P.shape[0]
     old = memory.kept[slot]
-    before = old[n + n * n:n + n * n + M_SIZE]
+    k = n + n * n  # where the scalars begin
     age = (now - memory.kept_ns[slot, 0]) * 1e-9
-    dx = (m[FIX_VX] - before[FIX_VX] - (m[FIX_PX] - before[FIX_PX]) + before[FIX_BX] * age)
-    dy = (m[FIX_VY] - before[FIX_VY] - (m[FIX_PY] - before[FIX_PY]) + before[FIX_BY] * age)
+    dx = (m[FIX_VX] - float(old[k + FIX_VX]) - (m[FIX_PX] - float(old[k + FIX_PX]))
+          + float(old[k + FIX_BX]) * age)
+    dy = (m[FIX_VY] - float(old[k + FIX_VY]) - (m[FIX_PY] - float(old[k + FIX_PY]))
+          + float(old[k + FIX_BY]) * age)
+    if dx * dx + dy * dy < HIDDEN_SPEED ** 2:
+        return
+    before = old[k:k + M_SIZE]
+    if before[LOOSE_FOR] > 0.0:
+        return  # just after a slip the velocity is surer than it should be
     c, s = math.cos(memory.x[YAW]), math.sin(memory.x[YAW])
     bx, by = c * dx + s * dy, -s * dx + c * dy
-    found = np.zeros(w)
-    if before[LOOSE_FOR] > 0.0:
-        return found  # just after a slip the velocity is surer than it should be
-    size = math.hypot(bx, by)
-    if size < HIDDEN_SPEED:
-        return found
     var = 0.5 * (old[n + VX * n + VX] + old[n + VY * n + VY])
     var += 0.5 * (old[n + BAX * n + BAX] + old[n + BAY * n + BAY]) * age * age
     change = math.hypot(memory.x[VX] - old[VX], memory.x[VY] - old[VY])
@@ -196,10 +217,9 @@ def hidden(model: Model, memory: Memory, now: int, slot: int) -> FloatArray:
     turn = float(memory.x[YAW] - old[YAW])
     var += tilt * (0.5 * turn * age) ** 2
     limit = max(HIDDEN_SPEED, HIDDEN_SIGMAS * math.sqrt(var))
-    for i in range(w):
-        if abs(memory.rows[i, 0] * bx + memory.rows[i, 1] * by) > limit:
-            found[i] = 1.0
-    return found
+    for i in range(model.wheels):
+        if abs(memory.axis[i, 0] * bx + memory.axis[i, 1] * by) > limit:
+            slips[i] = 1.0
 
 
 @kernel
@@ -210,10 +230,11 @@ def suspect(model: Model, memory: Memory, now: int, slips: FloatArray) -> int:
     for age in (SHORT, 2 * SHORT, LONG):
         slot = usable(memory, now, age, age + 2 * EVERY)
         if slot >= 0:
-            slips[:] = np.maximum(slips, hidden(model, memory, now, slot))
-    if not (slips > memory.wheel[PROBABILITY] + 0.5).any():
-        return -1
-    return usable(memory, now, SHORT, 2 * LONG)
+            hidden(model, memory, now, slot, slips)
+    for i in range(model.wheels):
+        if slips[i] > memory.each[PROBABILITY, i] + 0.5:
+            return usable(memory, now, SHORT, 2 * LONG)
+    return -1
 
 
 @kernel
@@ -230,6 +251,7 @@ def rewind(memory: Memory, found: int, wheels: FloatArray) -> int:
     memory.store[:] = memory.kept[found]
     memory.clock[:] = memory.kept_clock[found]
     memory.wheel[FORCED] = forced
+    memory.m[CALM] = 0.0
     memory.kept_ns[found, 2] -= 1
     for slot in range(SLOTS):  # what came after belongs to another past
         if memory.kept_ns[slot, 0] > memory.kept_ns[found, 0]:

@@ -63,22 +63,22 @@ _SHAKE_TIME = 0.25  # s over which vibration is averaged
 @kernel
 def move(memory: Memory, turn: float, push_x: float, push_y: float, dt: float) -> None:
     """Carry pose and velocity by ``dt`` [s]: yaw increment [rad], specific velocity [m/s]."""
-    x, m = memory.x, memory.m
-    vx, vy, yaw = float(x[VX]), float(x[VY]), float(x[YAW])
+    s, m = memory.s, memory.m
+    vx, vy, yaw = s[VX], s[VY], s[YAW]
     dvx, dvy = push_x + turn * vy, push_y - turn * vx
     path_x, path_y = (vx + 0.5 * dvx) * dt, (vy + 0.5 * dvy) * dt
-    if abs(turn) < _SERIES:
+    if -_SERIES < turn < _SERIES:
         along, across = 1.0 - turn * turn / 6.0, 0.5 * turn
     else:
         along, across = math.sin(turn) / turn, (1.0 - math.cos(turn)) / turn
-    c, s = math.cos(yaw), math.sin(yaw)
+    cos, sin = math.cos(yaw), math.sin(yaw)
     bx, by = along * path_x - across * path_y, across * path_x + along * path_y
-    wx, wy = c * bx - s * by, s * bx + c * by
-    x[PX] += wx
-    x[PY] += wy
-    x[YAW] = yaw + turn
-    x[VX] = vx + dvx
-    x[VY] = vy + dvy
+    wx, wy = cos * bx - sin * by, sin * bx + cos * by
+    s[PX] += wx
+    s[PY] += wy
+    s[YAW] = yaw + turn
+    s[VX] = vx + dvx
+    s[VY] = vy + dvy
     turn_offset(memory, turn)
     m[SUM_T] += dt
     m[SUM_X] += path_x
@@ -93,27 +93,28 @@ def move(memory: Memory, turn: float, push_x: float, push_y: float, dt: float) -
 @kernel
 def carry(model: Model, memory: Memory, now: int) -> None:
     """Carry the mean to stamp ``now`` with the last IMU reading held (nothing if it is past)."""
-    x, m, clock = memory.x, memory.m, memory.clock
+    m, clock = memory.m, memory.clock
     dt = (now - clock[NOW]) * 1e-9
     if dt <= 0.0:
         return
     clock[NOW] = now
     if m[STILL] > 0.0:
         return
+    s = memory.s
     if m[HAVE_GYRO] > 0.0:
-        raw = float(m[GYRO]) * dt
+        raw = m[GYRO] * dt
         m[DONE_GYRO] += raw
-        turn = (raw - float(x[BG]) * dt) / (1.0 + float(x[KG]))
+        turn = (raw - s[BG] * dt) / (1.0 + s[KG])
         m[WZ] = turn / dt
     else:
-        turn = float(m[WZ]) * dt
+        turn = m[WZ] * dt
     push_x = push_y = 0.0
     if m[HAVE_ACCEL] > 0.0:
-        raw_x, raw_y = float(m[ACC_X]) * dt, float(m[ACC_Y]) * dt
+        raw_x, raw_y = m[ACC_X] * dt, m[ACC_Y] * dt
         m[DONE_AX] += raw_x
         m[DONE_AY] += raw_y
-        push_x = (raw_x - float(x[BAX]) * dt) / (1.0 + float(x[KAX]))
-        push_y = (raw_y - float(x[BAY]) * dt) / (1.0 + float(x[KAY]))
+        push_x = (raw_x - s[BAX] * dt) / (1.0 + s[KAX])
+        push_y = (raw_y - s[BAY] * dt) / (1.0 + s[KAY])
     move(memory, turn, push_x, push_y, dt)
 
 
@@ -123,37 +124,38 @@ def read_imu(model: Model, memory: Memory, now: int, gyro: float, ax: float, ay:
 
     NaN means that this axis is missing. The state is carried to ``now``.
     """
-    x, m, clock = memory.x, memory.m, memory.clock
-    has_gyro, has_accel = not math.isnan(gyro), not (math.isnan(ax) or math.isnan(ay))
+    s, m, clock = memory.s, memory.m, memory.clock
+    has_gyro, has_accel = gyro == gyro, ax == ax and ay == ay  # only NaN differs from itself
+    moving = m[STILL] == 0.0
     span = (now - clock[LAST_IMU]) * 1e-9
     rest = (now - clock[NOW]) * 1e-9
-    whole = span <= model.imu_gap and rest > 0.0 and m[STILL] == 0.0
+    whole = moving and span <= model.imu_gap and rest > 0.0
     both_gyro = whole and has_gyro and m[HAVE_GYRO] > 0.0
     both_accel = whole and has_accel and m[HAVE_ACCEL] > 0.0
     if both_gyro or both_accel:
-        scale = 1.0 + float(x[KG])
-        turn = float(m[WZ]) * rest
+        wz = m[WZ]
+        turn = wz * rest
         change = 0.0
         if both_gyro:
-            old = float(m[GYRO])
-            turn = (0.5 * (old + gyro) * span - float(m[DONE_GYRO])
-                    - float(x[BG]) * rest) / scale
+            old = m[GYRO]
+            scale = 1.0 + s[KG]
+            turn = (0.5 * (old + gyro) * span - m[DONE_GYRO] - s[BG] * rest) / scale
             change = (gyro - old) / scale
-            m[TREMOR] += (0.5 * (gyro - old) ** 2 * span - m[TREMOR]) * span / _SHAKE_TIME
+            tremor = m[TREMOR]
+            m[TREMOR] = tremor + ((0.5 * (gyro - old) * (gyro - old) * span - tremor) * span
+                                  / _SHAKE_TIME)
         push_x = push_y = 0.0
         if both_accel:
-            old_x, old_y = float(m[ACC_X]), float(m[ACC_Y])
-            wz = float(m[WZ])
-            push_x = ((0.5 * (old_x + ax) * span - float(m[DONE_AX]) - float(x[BAX]) * rest)
-                      / (1.0 + float(x[KAX])) + wz * wz * model.lever_x * span
-                      + change * model.lever_y)
-            push_y = ((0.5 * (old_y + ay) * span - float(m[DONE_AY]) - float(x[BAY]) * rest)
-                      / (1.0 + float(x[KAY])) + wz * wz * model.lever_y * span
-                      - change * model.lever_x)
-            shake = 0.25 * ((ax - old_x) ** 2 + (ay - old_y) ** 2) * span
-            # a knock is no vibration
-            shake = min(shake, 8.0 * float(m[SHAKE]) + model.accel_noise ** 2)
-            m[SHAKE] += (shake - m[SHAKE]) * span / _SHAKE_TIME
+            old_x, old_y = m[ACC_X], m[ACC_Y]
+            spin = wz * wz * span
+            push_x = ((0.5 * (old_x + ax) * span - m[DONE_AX] - s[BAX] * rest) / (1.0 + s[KAX])
+                      + spin * model.lever_x + change * model.lever_y)
+            push_y = ((0.5 * (old_y + ay) * span - m[DONE_AY] - s[BAY] * rest) / (1.0 + s[KAY])
+                      + spin * model.lever_y - change * model.lever_x)
+            jump_x, jump_y, shake = ax - old_x, ay - old_y, m[SHAKE]
+            seen = 0.25 * (jump_x * jump_x + jump_y * jump_y) * span
+            most = 8.0 * shake + model.accel_noise * model.accel_noise  # a knock is no vibration
+            m[SHAKE] = shake + ((most if seen > most else seen) - shake) * span / _SHAKE_TIME
         clock[NOW] = now
         move(memory, turn, push_x, push_y, rest)
     else:
@@ -166,16 +168,8 @@ def read_imu(model: Model, memory: Memory, now: int, gyro: float, ax: float, ay:
     m[HAVE_ACCEL] = 1.0 if has_accel else 0.0
     if has_gyro:
         m[GYRO] = gyro
-        if m[STILL] == 0.0:
-            m[WZ] = (gyro - float(x[BG])) / (1.0 + float(x[KG]))
+        if moving:
+            m[WZ] = (gyro - s[BG]) / (1.0 + s[KG])
     if has_accel:
         m[ACC_X] = ax
         m[ACC_Y] = ay
-
-
-@kernel
-def lose_imu(memory: Memory) -> None:
-    """The IMU has fallen silent: hold the last yaw rate and let noise stand for the unknown."""
-    m = memory.m
-    m[HAVE_GYRO] = 0.0
-    m[HAVE_ACCEL] = 0.0

@@ -32,7 +32,7 @@ PX, PY, YAW, VX, VY, BG, KG, KY, KL, BAX, BAY, KAX, KAY, BSX, BSY, K = range(16)
  GRIP_NIS, PARITY, BODY, LATE, PENDING_T, SLOW_AX, SLOW_AY, SLOW_W, STRETCH,
  SLOW_VX, SLOW_VY, CARRIED, GLIDING, LEAN_X, LEAN_Y, LEAN_REST, LEAN_XZ, LEAN_YZ, LEAN_ZZ,
  LEAN_GAIN, LEAN_SEEN, FIX_VX, FIX_VY, FIX_BX, FIX_BY, FIX_PX, FIX_PY,
- WANDER, GAP_X, GAP_Y, GAP_YAW, LATE_RUN, M_SIZE) = range(62)
+ WANDER, GAP_X, GAP_Y, GAP_YAW, LATE_RUN, CALM, M_SIZE) = range(63)
 
 # integers of the working memory (Memory.clock), nanoseconds unless said
 (NOW, LAST_IMU, LAST_FRAME, SLOPE_AT, SLOPE_FILL, LATEST, PAST_AT, PAST_FILL,
@@ -40,27 +40,33 @@ PX, PY, YAW, VX, VY, BG, KG, KY, KL, BAX, BAY, KAX, KAY, BSX, BSY, K = range(16)
 
 
 class Memory(NamedTuple):
-    """Everything the kernels change, as arrays: a copy of them is a snapshot of the filter."""
+    """Everything the kernels change, as arrays: a copy of them is a snapshot of the filter.
+
+    What is marked "cells" is for access number by number only (:func:`.acceleration.cells`).
+    """
 
     x: FloatArray  # (N,) state
+    s: FloatArray  # the same as cells
     P: FloatArray  # (N, N) covariance of its error
-    m: FloatArray  # (M_SIZE,) scalars named above
-    clock: IntArray  # (CLOCK_SIZE,) stamps
+    m: FloatArray  # (M_SIZE,) cells, scalars named above
+    clock: IntArray  # (CLOCK_SIZE,) cells, stamps
     rows: FloatArray  # (W, 3) A at this moment
+    axis: FloatArray  # the same as cells
     hinge: FloatArray  # (C,) rad, hinge angles; empty for wheels
     mode: FloatArray  # (modes,) probability of each hypothesis
     wheel: FloatArray  # (WHEEL_ROWS, W) per-wheel quantities named below
+    each: FloatArray  # the same as cells
     slope: FloatArray  # (2 * SLOPE, W) slip speeds of the last frames, a ring
     past: FloatArray  # (PAST, 1 + 2 W) stamps [s], travel and slid travel of the ratio window
     row: FloatArray  # (row size,) the last full output row
-    block: FloatArray  # (3, BLOCK) sums of the standstill detector: current and two before
+    block: FloatArray  # (3 BLOCK,) cells, sums of the standstill detector: current, two before
     store: FloatArray  # all of the above but the clock in one row: the others are views of it
     kept: FloatArray  # (SLOTS, len(store)) snapshots of it
     kept_clock: IntArray  # (SLOTS, CLOCK_SIZE)
-    kept_ns: IntArray  # (SLOTS, 3) stamp, readings before it, second looks left
-    tape: FloatArray  # (TAPE, values) the last readings
-    tape_ns: IntArray  # (TAPE, 2) stamp and kind
-    reel: IntArray  # (REEL_SIZE,) counters named below
+    kept_ns: IntArray  # (SLOTS, 3) cells: stamp, readings before it, second looks left
+    tape: FloatArray  # (TAPE, values) cells, the last readings
+    tape_ns: IntArray  # (TAPE, 2) cells, stamp and kind
+    reel: IntArray  # (REEL_SIZE,) cells, counters named below
 
 
 # rows of Memory.wheel

@@ -51,10 +51,10 @@ LASTING = 1.0  # s over which a wrong rate stays the same
 @kernel
 def turn_offset(memory: Memory, turn: float) -> None:
     """Turn the gravity part of the accelerometer's offset with the base, by ``turn`` rad."""
-    x = memory.x
-    tilt_x, tilt_y = float(x[BAX] - x[BSX]), float(x[BAY] - x[BSY])
-    x[BAX] += turn * tilt_y
-    x[BAY] -= turn * tilt_x
+    s = memory.s
+    bx, by = s[BAX], s[BAY]
+    s[BAX] = bx + turn * (by - s[BSY])
+    s[BAY] = by - turn * (bx - s[BSX])
 
 
 @kernel
@@ -66,17 +66,17 @@ def follow(memory: Memory, roll: float, pitch: float, dt: float) -> None:
         m[LEAN_SEEN] = 0.0
         return
     m[LEAN_SEEN] = 1.0
-    roll -= float(m[LEAN_X])
-    pitch -= float(m[LEAN_Y])
-    wz = float(m[WZ])
-    zz = float(m[LEAN_ZZ])
-    step = GRAVITY * float(m[LEAN_GAIN]) * dt
-    memory.x[BAX] -= step * (pitch - float(m[LEAN_YZ]) / zz * wz)
-    memory.x[BAY] += step * (roll - float(m[LEAN_XZ]) / zz * wz)
+    roll -= m[LEAN_X]
+    pitch -= m[LEAN_Y]
+    wz, xz, yz, zz = m[WZ], m[LEAN_XZ], m[LEAN_YZ], m[LEAN_ZZ]
+    step = GRAVITY * m[LEAN_GAIN] * dt
+    memory.s[BAX] -= step * (pitch - yz / zz * wz)
+    memory.s[BAY] += step * (roll - xz / zz * wz)
     if m[LEAN_REST] > 0.0:
-        m[LEAN_XZ] += roll * wz * dt
-        m[LEAN_YZ] += pitch * wz * dt
-        m[LEAN_ZZ] = zz + wz * wz * dt
+        spin = wz * dt
+        m[LEAN_XZ] = xz + roll * spin
+        m[LEAN_YZ] = yz + pitch * spin
+        m[LEAN_ZZ] = zz + wz * spin
 
 
 @kernel
@@ -88,24 +88,26 @@ def wander(model: Model, memory: Memory) -> float:
         m[LEAN_GAIN] = 0.0
         m[WANDER] = floor
         return floor
-    rest = float(m[LEAN_REST])
+    rest = m[LEAN_REST]
     if rest > 0.0:
         offset = model.gyro_noise ** 2 / rest + REST_WANDER ** 2
     else:
         offset = REST_UNKNOWN ** 2
-    leak = (floor / GRAVITY ** 2) / float(m[LEAN_ZZ]) * float(m[WZ]) ** 2
-    noise = max(model.gyro_noise ** 2, 1.5 * float(m[TREMOR])) + LASTING * (offset + leak)
+    wz = m[WZ]
+    leak = (floor / GRAVITY ** 2) / m[LEAN_ZZ] * wz * wz
+    noise = max(model.gyro_noise ** 2, 1.5 * m[TREMOR]) + LASTING * (offset + leak)
     seen = GRAVITY ** 2 * noise
-    m[LEAN_GAIN] = floor / (floor + seen)
-    m[WANDER] = floor * seen / (floor + seen)
-    return float(m[WANDER])
+    gain = floor / (floor + seen)
+    m[LEAN_GAIN] = gain
+    m[WANDER] = gain * seen
+    return float(gain * seen)
 
 
 @kernel
 def rest(memory: Memory, roll: float, pitch: float, span: float) -> None:
     """Average the rates read at rest: means [rad/s] over ``span`` s of standstill."""
     m = memory.m
-    total = min(float(m[LEAN_REST]) + span, REST_MOST)
-    m[LEAN_X] += span / total * (roll - float(m[LEAN_X]))
-    m[LEAN_Y] += span / total * (pitch - float(m[LEAN_Y]))
+    total = min(m[LEAN_REST] + span, REST_MOST)
+    m[LEAN_X] += span / total * (roll - m[LEAN_X])
+    m[LEAN_Y] += span / total * (pitch - m[LEAN_Y])
     m[LEAN_REST] = total

@@ -10,16 +10,16 @@ from __future__ import annotations
 import numpy as np
 
 from mecanum_base.core.estimation.acceleration import kernel
-from mecanum_base.core.estimation.frame import step_frame, step_imu
+from mecanum_base.core.estimation.frame import allow_calm, step_frame, step_imu
 from mecanum_base.core.estimation.hindsight import (
     OLDEST,
     TAPE,
     YOUNGEST,
     close_gap,
     keep,
-    onset,
     record,
     rewind,
+    slipping_set,
     suspect,
     usable,
 )
@@ -32,7 +32,6 @@ from mecanum_base.core.estimation.layout import (
     GAP_YAW,
     IMU,
     LAST_FRAME,
-    PROBABILITY,
     PX,
     PY,
     REEL_COUNT,
@@ -49,7 +48,12 @@ from mecanum_base.core.parameter import FloatArray
 def take_imu(model: Model, memory: Memory, now: int, gyro: float, ax: float, ay: float,
              roll: float, pitch: float) -> None:
     """Use one IMU reading in base axes: gyro z, specific force x, y, gyro x, y; NaN = missing."""
-    record(memory, now, IMU, np.array([gyro, ax, ay]), np.array([roll, pitch]))
+    at, tape = record(memory, now, IMU), memory.tape
+    tape[at, 0] = gyro
+    tape[at, 1] = ax
+    tape[at, 2] = ay
+    tape[at, 3] = roll
+    tape[at, 4] = pitch
     step_imu(model, memory, now, gyro, ax, ay, roll, pitch)
 
 
@@ -61,15 +65,20 @@ def take_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
     """
     close_gap(memory, (now - memory.clock[LAST_FRAME]) * 1e-9)
     keep(memory, now)
-    record(memory, now, FRAME, z, valid)
-    before = memory.wheel[PROBABILITY].copy()
+    w, at, tape = model.wheels, record(memory, now, FRAME), memory.tape
+    for i in range(w):
+        tape[at, i] = z[i]
+        tape[at, w + i] = valid[i]
+    before = slipping_set(memory, w)
     step_frame(model, memory, now, z, valid)
     remember(model, memory)
-    slips = np.zeros(model.wheels)
+    if memory.m[CARRIED] > 0.0:
+        return
+    slips = np.zeros(w)
     slot = -1
-    if onset(memory, before):
+    if slipping_set(memory, w) & ~before:
         slot = usable(memory, now, YOUNGEST, OLDEST)
-    if slot < 0 and memory.m[STILL] == 0.0 and memory.m[CARRIED] == 0.0:
+    if slot < 0 and memory.m[STILL] == 0.0:
         slot = suspect(model, memory, now, slips)
     if slot >= 0:
         again(model, memory, slot, slips)
@@ -78,19 +87,24 @@ def take_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
 @kernel
 def again(model: Model, memory: Memory, slot: int, slips: FloatArray) -> None:
     """Go back to snapshot ``slot``; the wheels (W,) marked 1 or slipping now slip from there."""
-    w = model.wheels
+    w, tape = model.wheels, memory.tape
     m, x = memory.m, memory.x
     shown_x, shown_y = float(x[PX] + m[GAP_X]), float(x[PY] + m[GAP_Y])
     shown_yaw = float(x[YAW] + m[GAP_YAW])
     first = rewind(memory, slot, slips)
     for count in range(first, memory.reel[REEL_COUNT]):
         at = count % TAPE
-        stamp, a = memory.tape_ns[at, 0], memory.tape[at]
+        stamp = memory.tape_ns[at, 0]
         if memory.tape_ns[at, 1] == FRAME:
-            step_frame(model, memory, stamp, a[:w].copy(), a[w:2 * w].copy())
+            z, valid = np.empty(w), np.empty(w)
+            for i in range(w):
+                z[i], valid[i] = tape[at, i], tape[at, w + i]
+            step_frame(model, memory, stamp, z, valid)
             remember(model, memory)
         else:
-            step_imu(model, memory, stamp, a[0], a[1], a[2], a[3], a[4])
+            step_imu(model, memory, stamp, tape[at, 0], tape[at, 1], tape[at, 2], tape[at, 3],
+                     tape[at, 4])
     memory.wheel[FORCED] = 0.0
+    allow_calm(model, memory)
     m[GAP_X], m[GAP_Y] = shown_x - x[PX], shown_y - x[PY]
     m[GAP_YAW] = shown_yaw - x[YAW]

@@ -31,8 +31,10 @@ from mecanum_base.core.estimation.layout import (
     BAX,
     BAY,
     BG,
+    BLOCK,
     BSX,
     BSY,
+    CALM,
     EXTRA,
     FLAT,
     GAP_YAW,
@@ -84,9 +86,9 @@ def learn(model: Model, memory: Memory) -> None:
     What they say about the way here is left aside: a base that stands must not move in odom, and
     its place stays as uncertain as it was (a consider update). Its heading may still improve.
     """
-    b = memory.block[1]
-    n = max(float(b[B_N]), 1.0)
-    span = max(float(b[B_T]), 1e-3)
+    b = memory.block[BLOCK:2 * BLOCK]
+    n = max(b[B_N], 1.0)
+    span = max(b[B_T], 1e-3)
     x, P = memory.x, memory.P
     P[BG, BG] += model.gyro_drift ** 2 * span
     sensor = model.sensor_drift ** 2 * span
@@ -100,15 +102,15 @@ def learn(model: Model, memory: Memory) -> None:
     scalar(memory, VX, -float(x[VX]), REST_SPEED ** 2)
     scalar(memory, VY, -float(x[VY]), REST_SPEED ** 2)
     if memory.m[HAVE_GYRO] > 0.0:
-        mean = float(b[B_G]) / n
-        noise = max(float(b[B_GG]) / n - mean * mean, 0.0) / n + model.gyro_noise ** 2 / span
+        mean = b[B_G] / n
+        noise = max(b[B_GG] / n - mean * mean, 0.0) / n + model.gyro_noise ** 2 / span
         scalar(memory, BG, mean - float(x[BG]), noise)
     if memory.m[LEAN_SEEN] > 0.0:
-        rest(memory, float(b[B_LEAN_X]) / n, float(b[B_LEAN_Y]) / n, span)
+        rest(memory, b[B_LEAN_X] / n, b[B_LEAN_Y] / n, span)
     if memory.m[HAVE_ACCEL] > 0.0:
         noise = model.accel_noise ** 2 / span + 1e-4
-        scalar(memory, BAX, float(b[B_X]) / n - float(x[BAX]), noise)
-        scalar(memory, BAY, float(b[B_Y]) / n - float(x[BAY]), noise)
+        scalar(memory, BAX, b[B_X] / n - float(x[BAX]), noise)
+        scalar(memory, BAY, b[B_Y] / n - float(x[BAY]), noise)
     x[PX:PY + 1] = place
     P[PX:PY + 1, PX:PY + 1] = doubt
     memory.m[GAP_YAW] += yaw - x[YAW]
@@ -138,6 +140,7 @@ def settle(memory: Memory, wheels: int, travel: FloatArray, resolution: FloatArr
     m[LOCKED_FOR] = 0.0
     m[WZ] = 0.0
     m[STILL] = 1.0
+    m[CALM] = 1.0
 
 
 @kernel
@@ -154,7 +157,7 @@ def leave(memory: Memory) -> None:
 @kernel
 def blocks_quiet(model: Model, memory: Memory) -> bool:
     """Both finished blocks are quiet and agree; a missing accelerometer does not forbid it."""
-    a, b = memory.block[1], memory.block[2]
+    a, b = memory.block[BLOCK:2 * BLOCK], memory.block[2 * BLOCK:]
     if a[B_N] < 3.0 or b[B_N] < 3.0 or memory.m[HAVE_GYRO] == 0.0:
         return False
     for first, square, limit in ((B_G, B_GG, model.rest_gyro), (B_X, B_XX, model.rest_accel),
@@ -187,10 +190,9 @@ def watch(model: Model, memory: Memory, gyro: float, ax: float, ay: float, roll:
         ax = ay = 0.0
     if not abs(roll) + abs(pitch) < FASTEST:
         roll = pitch = 0.0
-    now = block[0]
     if m[STILL] > 0.0:
-        b = block[1]
-        n = max(float(b[B_N]), 1.0)
+        b = block[BLOCK:2 * BLOCK]
+        n = max(b[B_N], 1.0)
         for value, first, square, limit in ((gyro, B_G, B_GG, model.rest_gyro),
                                             (ax, B_X, B_XX, model.rest_accel),
                                             (ay, B_Y, B_YY, model.rest_accel)):
@@ -198,24 +200,26 @@ def watch(model: Model, memory: Memory, gyro: float, ax: float, ay: float, roll:
             sigma = math.sqrt(max(b[square] / n - mean * mean, 0.0))
             if abs(value - mean) > 5.0 * sigma + 0.5 * limit:
                 leave(memory)
-                now[:] = 0.0
-                block[1, :] = 0.0
+                for k in range(2 * BLOCK):
+                    block[k] = 0.0
                 return
-    now[B_N] += 1.0
-    now[B_T] += dt
-    now[B_G] += gyro
-    now[B_GG] += gyro * gyro
-    now[B_X] += ax
-    now[B_XX] += ax * ax
-    now[B_Y] += ay
-    now[B_YY] += ay * ay
-    now[B_LEAN_X] += roll
-    now[B_LEAN_Y] += pitch
-    if now[B_T] < 0.5 * model.rest_window:
+    span = block[B_T] + dt
+    block[B_N] += 1.0
+    block[B_T] = span
+    block[B_G] += gyro
+    block[B_GG] += gyro * gyro
+    block[B_X] += ax
+    block[B_XX] += ax * ax
+    block[B_Y] += ay
+    block[B_YY] += ay * ay
+    block[B_LEAN_X] += roll
+    block[B_LEAN_Y] += pitch
+    if span < 0.5 * model.rest_window:
         return
-    block[2] = block[1]
-    block[1] = now
-    block[0] = 0.0
+    for k in range(BLOCK):  # current and last become last and the one before
+        block[2 * BLOCK + k] = block[BLOCK + k]
+        block[BLOCK + k] = block[k]
+        block[k] = 0.0
     age = (memory.clock[NOW] - memory.clock[LAST_FRAME]) * 1e-9
     calm = blocks_quiet(model, memory) and age < FRESH and m[QUIET] > model.rest_window
     if not calm:
@@ -223,17 +227,17 @@ def watch(model: Model, memory: Memory, gyro: float, ax: float, ay: float, roll:
         if m[STILL] > 0.0:
             leave(memory)
         return
-    m[REST_FOR] += float(block[1, B_T])
+    m[REST_FOR] += block[BLOCK + B_T]
     if m[STILL] == 0.0:
         x, P = memory.x, memory.P
         insist = math.hypot(float(x[VX]), float(x[VY]))
         sigma = math.sqrt(float(P[VX, VX]) + float(P[VY, VY]))
-        n = float(block[1, B_N])
-        agrees = (insist < 4.0 * (sigma + 0.01)
-                  and familiar(memory, BG, float(block[1, B_G]) / n, 0.01))
+        b = block[BLOCK:2 * BLOCK]
+        n = b[B_N]
+        agrees = insist < 4.0 * (sigma + 0.01) and familiar(memory, BG, b[B_G] / n, 0.01)
         if m[HAVE_ACCEL] > 0.0:  # a steady push looks quiet too, but its mean is not the bias
-            agrees = (agrees and familiar(memory, BAX, float(block[1, B_X]) / n, STRANGE)
-                      and familiar(memory, BAY, float(block[1, B_Y]) / n, STRANGE))
+            agrees = (agrees and familiar(memory, BAX, b[B_X] / n, STRANGE)
+                      and familiar(memory, BAY, b[B_Y] / n, STRANGE))
         if not agrees and m[REST_FOR] < 2.0:
             return
         settle(memory, model.wheels, memory.wheel[REST].copy(), model.resolution)
