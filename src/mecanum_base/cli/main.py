@@ -4,7 +4,7 @@ Each verb is one module of this package with ``HELP`` (one line), ``EXAMPLE`` (s
 ``add_arguments(parser)`` and ``run(options) -> int``. A module is imported only when its verb is
 used, so that a missing extra never breaks another verb.
 
-Exit codes: 0 fine, 1 findings, 2 wrong usage or input.
+Exit codes: 0 fine, 1 findings, 2 wrong usage or input, 130 interrupted (Ctrl-C).
 """
 
 from __future__ import annotations
@@ -16,7 +16,11 @@ import sys
 from collections.abc import Sequence
 
 from mecanum_base import __version__
+from mecanum_base.cli.interrupts import kept
+from mecanum_base.cli.leftover import Leftover
 from mecanum_base.core.errors import MecanumBaseError
+
+INTERRUPTED = 130  # 128 + SIGINT, as shells count
 
 VERBS = {
     'demo': 'drive a simulated base over ROS 2 topics; odometry and slip against the truth',
@@ -34,6 +38,10 @@ VERBS = {
     'goal': 'the goal node',
     'record': 'the record node; --recover completes a cut bag',
 }
+
+
+class Interrupted(Exception):
+    """Ctrl-C while a verb ran; the text says what it leaves behind."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -60,6 +68,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f'mecanum {words[0]}: needs the Python package {error.name!r}: {_advice(error)}',
               file=sys.stderr)
         return 2
+    except Interrupted as stop:
+        print(f'mecanum {words[0]}: interrupted{stop}', file=sys.stderr)
+        return INTERRUPTED
+    except KeyboardInterrupt:
+        print(f'mecanum {words[0]}: interrupted', file=sys.stderr)
+        return INTERRUPTED
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 2
@@ -77,7 +91,12 @@ def _run(verb: str, words: list[str]) -> int:
         options.ros_arguments = rest
     else:
         options = parser.parse_args(words)
-    code: int = module.run(options)
+    leftover = Leftover(getattr(options, 'out', None))
+    try:
+        with kept():
+            code: int = module.run(options)
+    except KeyboardInterrupt:
+        raise Interrupted(leftover.text()) from None
     return code
 
 

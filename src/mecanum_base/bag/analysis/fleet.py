@@ -7,10 +7,12 @@ A job that fails (or whose worker dies) becomes a result with one blocker; the o
 from __future__ import annotations
 
 import concurrent.futures
+import contextlib
 import importlib
 import multiprocessing
 import os
-from collections.abc import Callable, Sequence
+import signal
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from mecanum_base.bag.analysis.analyze import Options, analyze, result_of
@@ -59,10 +61,19 @@ def _one(job: Job, update: Update, index: int, total: int) -> dict[str, Any]:
 
 def _in_pool(jobs: Sequence[Job], workers: int, update: Update) -> list[dict[str, Any]]:
     context = multiprocessing.get_context('spawn')
-    with concurrent.futures.ProcessPoolExecutor(workers, mp_context=context) as pool:
-        futures = [pool.submit(run_job, job) for job in jobs]
+    others = set(multiprocessing.active_children())
+    pool = concurrent.futures.ProcessPoolExecutor(workers, mp_context=context)
+    try:
+        with _interrupts_held():
+            futures = [pool.submit(run_job, job) for job in jobs]
         for done, _ in enumerate(concurrent.futures.as_completed(futures), start=1):
             update(done / len(jobs), f'{done} of {len(jobs)}')
+    except BaseException:  # Ctrl-C: wait for nothing
+        for worker in set(multiprocessing.active_children()) - others:
+            worker.terminate()
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
     results = []
     for job, future in zip(jobs, futures):
         error = future.exception()
@@ -71,6 +82,16 @@ def _in_pool(jobs: Sequence[Job], workers: int, update: Update) -> list[dict[str
         else:  # the worker died: try once more here, alone
             results.append(run_job(job))
     return results
+
+
+@contextlib.contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Processes started meanwhile never see Ctrl-C, this one gets it afterwards."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _on_cluster(jobs: Sequence[Job], scheduler: str, update: Update) -> list[dict[str, Any]]:
