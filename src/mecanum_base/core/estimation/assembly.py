@@ -86,7 +86,7 @@ def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: Estimat
         creep_time=0.12, creep_rest=0.0, creep_traction=0.008, creep_hard=0.03,
         creep_loose=0.0, creep_limit=0.3, creep_edge=0.03,
         travel=travel, resolution=np.maximum(0.35 * count, FINEST) + 2e-5,
-        tick=np.maximum(count, FINEST),
+        tick=cells(np.maximum(count, FINEST)),
         late_weight=0.01,
         member=tables.member, likely=tables.likely, change=tables.change,
         pairs=tables.groups,
@@ -94,10 +94,10 @@ def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: Estimat
         loose_sigma=3.0, regrip_factor=0.03, flat_speed=0.03,
         extra_creep=500.0, extra_time=0.15,
         drift_apart=0.02, patience=5.0,
-        rest_window=0.25, rest_travel=1.5 * np.maximum(count, FINEST),
+        rest_window=0.25, rest_travel=cells(1.5 * np.maximum(count, FINEST)),
         rest_gyro=0.02, rest_accel=0.25,
         ratio_window=0.5, ratio_travel=0.05,
-        inverse=np.array(np.linalg.pinv(rolling_rows(base)), dtype=np.float64),
+        inverse=cells(np.array(np.linalg.pinv(rolling_rows(base)), dtype=np.float64)),
         carriers=(carrier_table(base) if isinstance(base, Carriers) else np.zeros((4, 0))),
     )
 
@@ -149,8 +149,8 @@ def memory_of(base: Base, model: Model, tuning: EstimatorConfig) -> Memory:
     return Memory(
         x=x, s=cells(x), P=P, m=cells(m), clock=cells(np.zeros(CLOCK_SIZE, dtype=np.int64)),
         rows=rows, axis=cells(rows), hinge=hinge, mode=mode, wheel=wheel, each=cells(wheel),
-        slope=slope, past=past, row=row, block=cells(block), store=store,
-        kept=np.zeros((SLOTS, len(store))),
+        slope=cells(slope), past=cells(past), row=row, entry=cells(row), block=cells(block),
+        store=store, kept=np.zeros((SLOTS, len(store))),
         kept_clock=np.zeros((SLOTS, CLOCK_SIZE), dtype=np.int64), kept_ns=cells(kept_ns),
         tape=cells(np.zeros((TAPE, max(5, 2 * w)))),
         tape_ns=cells(np.zeros((TAPE, 2), dtype=np.int64)),

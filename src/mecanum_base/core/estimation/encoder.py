@@ -12,7 +12,7 @@ reading after a wheel was missing for long: nothing is invented.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,11 +26,10 @@ SLACK = 0.02  # s added to the step: stamps jitter
 DEFAULT_SPEED = 200.0  # rad/s where the robot file gives no top speed
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Reading:
-    """One frame: ``angle`` (W,) rad since arming, ``valid`` (W,) bool, ``jumped`` (W,) bool:
+class Reading(NamedTuple):
+    """One frame: ``angle`` (W,) rad since arming, ``valid`` (W,) 1 where it is known.
 
-    the wheel was re-anchored in this frame; ``integrated`` True where speed stood for position.
+    ``jumped``: wheels re-anchored in this frame; ``integrated``: speed stood for position.
     """
 
     stamp_ns: int
@@ -125,19 +124,21 @@ class WheelAngles:
 
     def _plain_step(self, sample: WheelSample | TickSample) -> bool:
         """The frequent case: positions of all wheels, none further than any wheel can turn."""
-        if (self._stamp is None or self._two_pi or not isinstance(sample, WheelSample)
-                or len(sample.position) != self._count or len(sample.velocity) != self._count):
+        if self._stamp is None or self._two_pi or not isinstance(sample, WheelSample):
             return False
-        step = (sample.position - self._last) * self._sign
-        dt = (sample.stamp_ns - self._stamp) * 1e-9
+        position, stamp = sample.position, sample.stamp_ns
+        if len(position) != self._count or len(sample.velocity) != self._count:
+            return False
+        step = (position - self._last) * self._sign
+        dt = (stamp - self._stamp) * 1e-9
         limit = self._least_fast * (dt + SLACK) + self._least_slack
         for size in step.tolist():
             if not -limit <= size <= limit:  # NaN is none of both
                 return False
-        self._last = sample.position
+        self._last = position
         self._angle = self._angle + step
-        self._seen = [sample.stamp_ns] * self._count
-        self._stamp = sample.stamp_ns
+        self._seen = [stamp] * self._count
+        self._stamp = stamp
         return True
 
     def _tick_step(self, sample: TickSample) -> tuple[FloatArray, FloatArray]:

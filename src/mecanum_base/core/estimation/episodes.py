@@ -43,6 +43,11 @@ class Episodes:
         self._open.add(stamp_ns, body, probability.tolist(), slip.tolist(), speed.tolist(),
                        frozen.tolist())
 
+    @property
+    def lasts(self) -> bool:
+        """True while an episode has begun and not ended."""
+        return self._open is not None
+
     def all(self) -> tuple[SlipEpisode, ...]:
         """Finished episodes, and the one that still lasts."""
         if self._open is None:

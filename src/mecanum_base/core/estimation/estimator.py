@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import TypeVar
 
 import numpy as np
 
 from mecanum_base.core.estimation.encoder import WheelAngles
-from mecanum_base.core.estimation.episodes import Episodes
+from mecanum_base.core.estimation.episodes import START, Episodes
 from mecanum_base.core.estimation.filter import BodyFilter
 from mecanum_base.core.estimation.following import Following
 from mecanum_base.core.estimation.geometry import Base
@@ -56,6 +57,7 @@ ORDER = {ResetSample: 0, PoseSample: 1, ImuSample: 2, CommandSample: 3, WheelSam
 STREAM = {ResetSample: 'odometry_reset', PoseSample: 'set_pose', ImuSample: 'imu',
           CommandSample: 'wheel_commands', WheelSample: 'joint_states',
           TickSample: 'wheel_ticks'}
+Number = TypeVar('Number', float, FloatArray)
 
 
 class Estimator:
@@ -72,8 +74,8 @@ class Estimator:
         top = np.repeat(base.max_speed, 2) if isinstance(base, Carriers) else base.max_speed
         self._angles = WheelAngles(encoder, base.count, top)
         self._order: StampOrder[Sample] = StampOrder(round(tuning.reorder_wait * NANOSECONDS))
-        self._turn: FloatArray = imu.base_from_sensor()
-        self._plain = bool(np.array_equal(self._turn, np.eye(3)))
+        self._turn: list[list[float]] = imu.base_from_sensor().tolist()
+        self._straight = self._turn == np.eye(3).tolist()
         self._gyro_scale = float(imu.gyro_scale)
         self._period = round(NANOSECONDS / tuning.min_rate)
         self._counters = Counters()
@@ -92,7 +94,7 @@ class Estimator:
         """Take one sample; the estimates (0 or more) whose stamps are now settled."""
         kind = type(sample)
         stream = STREAM[kind]
-        self._counters.receive(stream)
+        self._counters.received[stream] += 1
         refused, ready = self._order.push(sample.stamp_ns, ORDER[kind], sample)
         if refused:
             self._counters.reject(stream, refused)
@@ -179,10 +181,8 @@ class Estimator:
                          'name right?')
         return tuple(notes)
 
-    def _resume(self, stamp_ns: int) -> None:
+    def _resume(self) -> None:
         """After a silence of all streams too long to be bridged: last pose, with doubt added."""
-        if not self._filter.started or stamp_ns - self._filter.now_ns <= LONGEST_SILENCE:
-            return
         memory = self._filter.memory
         pose, covariance = memory.x[PX:YAW + 1].copy(), memory.P[PX:YAW + 1, PX:YAW + 1].copy()
         self._filter.restart()
@@ -191,39 +191,38 @@ class Estimator:
         self._restarts += 1
 
     def _process(self, sample: Sample, found: list[Estimate]) -> None:
-        self._resume(sample.stamp_ns)
+        stamp_ns = sample.stamp_ns
+        if self._filter.started and stamp_ns - self._filter.now_ns > LONGEST_SILENCE:
+            self._resume()
         if isinstance(sample, ImuSample):
             self._imu(sample)
         elif isinstance(sample, (WheelSample, TickSample)):
             if self._wheels(sample):
-                found.append(self._publish(sample.stamp_ns, 'encoder'))
+                found.append(self._publish(stamp_ns, 'encoder'))
                 return
         elif isinstance(sample, PoseSample):
             self._pose(sample)
         elif isinstance(sample, ResetSample):
-            self._filter.predict(sample.stamp_ns)
+            self._filter.predict(stamp_ns)
             self._filter.reset()
             self._counters.use('odometry_reset')
-        elif self._following.take(sample.stamp_ns, sample.rate, self._angles.angle):
+        elif self._following.take(stamp_ns, sample.rate, self._angles.angle):
             self._counters.use('wheel_commands')
         else:
             self._counters.reject('wheel_commands', 'not one number a wheel')
-        if self._published is not None and sample.stamp_ns - self._published >= self._period:
-            self._filter.predict(sample.stamp_ns)
-            found.append(self._publish(sample.stamp_ns, 'predicted'))
+        if self._published is not None and stamp_ns - self._published >= self._period:
+            self._filter.predict(stamp_ns)
+            found.append(self._publish(stamp_ns, 'predicted'))
 
     def _imu(self, sample: ImuSample) -> None:
         gyro, accel = sample.gyro, sample.accel
         if self._gyro_scale != 1.0:
             gyro = gyro / self._gyro_scale
-        if self._plain:
-            roll, pitch, wz = float(gyro[0]), float(gyro[1]), float(gyro[2])
-            ax, ay = float(accel[0]), float(accel[1])
-        else:
-            turned = self._turn @ accel
-            ax, ay = float(turned[0]), float(turned[1])
-            rate = self._turn @ gyro
-            roll, pitch, wz = float(rate[0]), float(rate[1]), float(rate[2])
+        roll, pitch, wz = gyro.tolist()
+        ax, ay, az = accel.tolist()
+        if not self._straight:
+            roll, pitch, wz = in_base(self._turn, roll, pitch, wz)
+            ax, ay, _ = in_base(self._turn, ax, ay, az)
         if not abs(wz) <= FASTEST_TURN:
             if not math.isnan(wz):
                 self._counters.reject('imu', 'gyro out of range')
@@ -234,7 +233,7 @@ class Estimator:
         if math.isnan(wz) and math.isnan(ax):
             self._counters.reject('imu', 'not a number')
         elif self._filter.imu(sample.stamp_ns, wz, ax, ay, roll, pitch):
-            self._counters.use('imu')
+            self._counters.used['imu'] += 1
         else:
             self._counters.reject('imu', 'duplicate stamp')
 
@@ -244,7 +243,7 @@ class Estimator:
         if isinstance(reading, str):
             self._counters.reject(stream, reading)
             return False
-        self._counters.use(stream)
+        self._counters.used[stream] += 1
         if reading.jumped:
             self._counters.reject(stream, 'implausible wheel jump')
         self._integrated = self._integrated or reading.integrated
@@ -273,9 +272,17 @@ class Estimator:
     def _publish(self, stamp_ns: int, source: str) -> Estimate:
         self._published = stamp_ns
         estimate = estimate_of_row(self._filter.row(), self._filter.model.wheels, stamp_ns, source)
-        if source == 'encoder':
+        slip = estimate.slip
+        if source == 'encoder' and (slip.body_probability >= START or self._episodes.lasts):
             wheel = self._filter.memory.wheel
-            self._episodes.take(stamp_ns, estimate.slip.body_probability,
-                                estimate.slip.probability, wheel[SLIP], wheel[STEP],
-                                wheel[FROZEN_FOR])
+            self._episodes.take(stamp_ns, slip.body_probability, slip.probability, wheel[SLIP],
+                                wheel[STEP], wheel[FROZEN_FOR])
         return estimate
+
+
+def in_base(rotation: list[list[float]], x: Number, y: Number,
+            z: Number) -> tuple[Number, Number, Number]:
+    """A rotation (3, 3) of one vector, or of columns of them: the same to the last bit."""
+    a, b, c = rotation
+    return (a[0] * x + a[1] * y + a[2] * z, b[0] * x + b[1] * y + b[2] * z,
+            c[0] * x + c[1] * y + c[2] * z)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from mecanum_base.core.estimation.acceleration import cells
 from mecanum_base.core.estimation.assembly import memory_of, model_of
-from mecanum_base.core.estimation.frame import anchor, arm, predict
+from mecanum_base.core.estimation.frame import anchor, arm, predict, sound
 from mecanum_base.core.estimation.geometry import Base
 from mecanum_base.core.estimation.hindsight import forget
 from mecanum_base.core.estimation.layout import (
@@ -21,6 +22,7 @@ from mecanum_base.core.estimation.layout import (
     LAST_IMU,
     LAST_YAW,
     NOW,
+    PAST,
     PX,
     YAW,
     K,
@@ -83,7 +85,7 @@ class BodyFilter:
         if jumped:  # this frame says nothing of such a wheel; from here on it counts anew
             valid = valid.copy()
             valid[list(jumped)] = 0.0
-        take_frame(model, memory, stamp_ns, travel, valid)
+        take_frame(model, memory, stamp_ns, cells(travel), cells(valid))
         for i in jumped:
             anchor(model, memory, i, float(travel[i]))
             forget(memory)
@@ -119,7 +121,9 @@ class BodyFilter:
     def reset(self) -> None:
         """Pose 0, 0, 0 and slip angles 0; biases and calibration are kept."""
         self.memory.wheel[ANGLE] = 0.0
-        self.memory.past[:] = 0.0
+        for slot in range(PAST):
+            for k in range(1 + 2 * self.model.wheels):
+                self.memory.past[slot, k] = 0.0
         self.place(np.zeros(3), np.diag([POSE_SIGMA ** 2, POSE_SIGMA ** 2, YAW_SIGMA ** 2]))
 
     def restart(self) -> None:
@@ -138,8 +142,7 @@ class BodyFilter:
         memory = self.memory
         if memory.m[CARRIED] > 0.0:
             return True
-        diagonal = memory.P.diagonal()
-        if np.isfinite(memory.x.sum() + memory.P.sum()) and diagonal.min() > -1e-12:
+        if sound(memory):
             return True
         self.recover()
         return False

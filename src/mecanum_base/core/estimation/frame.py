@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+
 from mecanum_base.core.estimation.acceleration import kernel
 from mecanum_base.core.estimation.geometry import carrier_rows
 from mecanum_base.core.estimation.hindsight import (
@@ -201,6 +205,16 @@ def step_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
     unlock(model, memory, span)
     uncertainty(model, memory)
     allow_calm(model, memory)
+
+
+@kernel
+def sound(memory: Memory) -> bool:
+    """Is every number of the state finite and every variance positive?
+
+    What is not finite in the covariance reaches its diagonal with the next step.
+    """
+    x, variance = memory.x, np.diag(memory.P)
+    return bool(math.isfinite(x @ x + variance.sum()) and variance.min() > -1e-12)
 
 
 @kernel

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 
 STREAMS = ('joint_states', 'wheel_ticks', 'imu', 'wheel_commands', 'set_pose', 'odometry_reset')
@@ -34,19 +35,18 @@ class Counters:
     """Counts of samples received, used and rejected."""
 
     def __init__(self) -> None:
-        self.received: dict[str, int] = {}
-        self.used: dict[str, int] = {}
-        self.rejected: dict[tuple[str, str], int] = {}
+        self.received: Counter[str] = Counter()
+        self.used: Counter[str] = Counter()
+        self.rejected: Counter[tuple[str, str]] = Counter()
 
     def receive(self, stream: str) -> None:
         """One more sample of ``stream`` arrived."""
-        self.received[stream] = self.received.get(stream, 0) + 1
+        self.received[stream] += 1
 
     def use(self, stream: str) -> None:
         """One more sample of ``stream`` was used."""
-        self.used[stream] = self.used.get(stream, 0) + 1
+        self.used[stream] += 1
 
     def reject(self, stream: str, reason: str) -> None:
         """One more sample of ``stream`` was rejected for ``reason``."""
-        key = (stream, reason)
-        self.rejected[key] = self.rejected.get(key, 0) + 1
+        self.rejected[stream, reason] += 1

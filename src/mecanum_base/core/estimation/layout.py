@@ -56,9 +56,10 @@ class Memory(NamedTuple):
     mode: FloatArray  # (modes,) probability of each hypothesis
     wheel: FloatArray  # (WHEEL_ROWS, W) per-wheel quantities named below
     each: FloatArray  # the same as cells
-    slope: FloatArray  # (2 * SLOPE, W) slip speeds of the last frames, a ring
-    past: FloatArray  # (PAST, 1 + 2 W) stamps [s], travel and slid travel of the ratio window
+    slope: FloatArray  # (2 * SLOPE, W) cells, slip speeds of the last frames, a ring
+    past: FloatArray  # (PAST, 1 + 2 W) cells: stamps [s], travel, slid travel of the ratio window
     row: FloatArray  # (row size,) the last full output row
+    entry: FloatArray  # the same as cells
     block: FloatArray  # (3 BLOCK,) cells, sums of the standstill detector: current, two before
     store: FloatArray  # all of the above but the clock in one row: the others are views of it
     kept: FloatArray  # (SLOTS, len(store)) snapshots of it

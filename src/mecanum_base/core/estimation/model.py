@@ -38,7 +38,7 @@ class Model(NamedTuple):
     creep_loose: float  # m/s of creep of gripping wheels while others slip
     travel: FloatArray  # (W,) m a rad
     resolution: FloatArray  # (W,) m, standard deviation of one travel reading
-    tick: FloatArray  # (W,) m of travel a count
+    tick: FloatArray  # (W,) cells, m of travel a count
     late_weight: float  # probability that the frame's stamp is late
     # hypotheses
     member: FloatArray  # (M, W) 1 where the wheel slips
@@ -57,11 +57,11 @@ class Model(NamedTuple):
     patience: float  # s after which wheels win over the accelerometer
     # standstill
     rest_window: float  # s
-    rest_travel: FloatArray  # (W,) m a wheel may move and still stand
+    rest_travel: FloatArray  # (W,) cells, m a wheel may move and still stand
     rest_gyro: float  # rad/s, rms that still counts as quiet beyond the noise
     rest_accel: float  # m/s^2
     # outputs
     ratio_window: float  # s
     ratio_travel: float  # m a wheel must turn for a ratio to be defined
-    inverse: FloatArray  # (3, W) least-squares body motion of wheel travel
+    inverse: FloatArray  # (3, W) cells, least-squares body motion of wheel travel
     carriers: FloatArray  # (4, C) table of the carriers; (4, 0) for wheels

@@ -48,27 +48,47 @@ class StampOrder(Generic[Item]):
 
         ``kind`` orders samples of equal stamps.
         """
+        newest = self._newest
         refused = ''
-        if self._newest is None:
-            self._newest = stamp_ns
-        elif stamp_ns > self._newest + FAR_NS:
-            lone = len(self._held)
-            self._held = [h for h in self._held if abs(h[0] - stamp_ns) <= FAR_NS]
-            refused = 'stamp far ahead' if len(self._held) < lone else ''
-            self._held.append((stamp_ns, kind, item))
-            if len(self._held) < 2:
+        if newest is None:
+            newest = stamp_ns
+        elif not newest - self._wait <= stamp_ns <= newest + FAR_NS:
+            if stamp_ns < newest:
+                self._count_behind(stamp_ns, newest)
+                return 'late', []
+            refused, enough = self._hold(stamp_ns, kind, item)
+            if not enough:
                 return refused, []
-            for held_stamp, held_kind, held in self._held[:-1]:
-                self._put(held_stamp, held_kind, held)
-            self._held = []
-        elif stamp_ns < self._newest - self._wait:
-            if stamp_ns < self._newest - BACK_NS:
-                near = self._behind and abs(stamp_ns - self._behind[-1]) < BACK_NS
-                self._behind = [*self._behind, stamp_ns] if near else [stamp_ns]
-            return 'late', []
-        self._behind = []
-        self._put(stamp_ns, kind, item)
-        return refused, self._ready(self._newest - self._wait)
+            newest = self._newest or newest  # the one held before may be newer still
+        if self._behind:
+            self._behind = []
+        queue = self._queue
+        heapq.heappush(queue, (stamp_ns, kind, self._count, item))
+        self._count += 1
+        self._newest = max(newest, stamp_ns)
+        limit, ready = self._newest - self._wait, []
+        while queue and queue[0][0] < limit:
+            ready.append(heapq.heappop(queue)[3])
+        return refused, ready
+
+    def _hold(self, stamp_ns: int, kind: int, item: Item) -> tuple[str, bool]:
+        """A stamp far ahead: is it the second one? Then the first is taken back into the merge."""
+        lone = len(self._held)
+        self._held = [h for h in self._held if abs(h[0] - stamp_ns) <= FAR_NS]
+        refused = 'stamp far ahead' if len(self._held) < lone else ''
+        if not self._held:
+            self._held.append((stamp_ns, kind, item))
+            return refused, False
+        for held_stamp, held_kind, held in self._held:
+            self._put(held_stamp, held_kind, held)
+        self._held = []
+        return refused, True
+
+    def _count_behind(self, stamp_ns: int, newest_ns: int) -> None:
+        """A late stamp: does the clock seem to have gone back?"""
+        if stamp_ns < newest_ns - BACK_NS:
+            near = self._behind and abs(stamp_ns - self._behind[-1]) < BACK_NS
+            self._behind = [*self._behind, stamp_ns] if near else [stamp_ns]
 
     @property
     def doubtful(self) -> tuple[Item, ...]:
@@ -89,9 +109,3 @@ class StampOrder(Generic[Item]):
         self._count += 1
         if self._newest is None or stamp_ns > self._newest:
             self._newest = stamp_ns
-
-    def _ready(self, limit: int) -> list[Item]:
-        queue, ready = self._queue, []
-        while queue and queue[0][0] < limit:
-            ready.append(heapq.heappop(queue)[3])
-        return ready

@@ -11,14 +11,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from mecanum_base.core.estimation.acceleration import kernel
 from mecanum_base.core.estimation.layout import (
     ANGLE,
     BG,
     CARRIED,
     GAP_X,
+    GAP_Y,
     GAP_YAW,
     HAVE_GYRO,
     KG,
@@ -29,6 +28,7 @@ from mecanum_base.core.estimation.layout import (
     PAST_OLD,
     PAST_STAMP,
     PX,
+    PY,
     SIGMA,
     SLIP,
     STILL,
@@ -62,96 +62,114 @@ def remember(model: Model, memory: Memory) -> None:
     if (now - clock[PAST_STAMP]) * 1e-9 < model.ratio_window / (PAST - 8):
         return
     clock[PAST_STAMP] = now
-    clock[PAST_AT] = (clock[PAST_AT] + 1) % PAST
+    at = (clock[PAST_AT] + 1) % PAST
+    clock[PAST_AT] = at
     clock[PAST_FILL] = min(clock[PAST_FILL] + 1, PAST)
-    if clock[PAST_OLD] == clock[PAST_AT]:  # the ring has caught up with its oldest slot
-        clock[PAST_OLD] = (clock[PAST_AT] + 1) % PAST
-    slot = memory.past[clock[PAST_AT]]
-    w = model.wheels
-    slot[0] = now * 1e-9
-    slot[1:1 + w] = memory.wheel[TRAVEL]
-    slot[1 + w:1 + 2 * w] = memory.wheel[ANGLE]
+    if clock[PAST_OLD] == at:  # the ring has caught up with its oldest slot
+        clock[PAST_OLD] = (at + 1) % PAST
+    past, each, w = memory.past, memory.each, model.wheels
+    past[at, 0] = now * 1e-9
+    for i in range(w):
+        past[at, 1 + i] = each[TRAVEL, i]
+        past[at, 1 + w + i] = each[ANGLE, i]
 
 
 @kernel
-def ratios(model: Model, memory: Memory, out: FloatArray) -> None:
-    """Tlale's s (T eq. 4) per wheel, then of the body along the wheels' claim: out (W + 1,)."""
+def ratios(model: Model, memory: Memory, first: int) -> None:
+    """Tlale's s (T eq. 4) per wheel, then of the body along the wheels' claim: W + 1 entries."""
     w = model.wheels
-    clock, past = memory.clock, memory.past
-    out[:] = math.nan
+    clock, past, each, entry = memory.clock, memory.past, memory.each, memory.entry
+    for i in range(w + 1):
+        entry[first + i] = math.nan
     if clock[PAST_FILL] < 2:
         return
     horizon = clock[LAST_FRAME] * 1e-9 - model.ratio_window
-    oldest = clock[PAST_OLD]
-    while oldest != clock[PAST_AT] and past[(oldest + 1) % PAST, 0] <= horizon:
+    oldest, newest = clock[PAST_OLD], clock[PAST_AT]
+    while oldest != newest and past[(oldest + 1) % PAST, 0] <= horizon:
         oldest = (oldest + 1) % PAST
     clock[PAST_OLD] = oldest
-    slot = past[oldest]
-    turned = memory.wheel[TRAVEL] - slot[1:1 + w]
-    if np.abs(turned).max() < model.ratio_travel:
-        return
-    slid = memory.wheel[ANGLE] - slot[1 + w:1 + 2 * w]
-    far = np.abs(turned) >= model.ratio_travel
-    out[:w] = np.where(far, 1.0 - slid / np.where(far, turned, 1.0), math.nan)
-    claim = model.inverse @ turned
-    lost = model.inverse @ slid
-    size = claim[0] * claim[0] + claim[1] * claim[1]
-    if size >= model.ratio_travel ** 2:
-        out[w] = 1.0 - (claim[0] * lost[0] + claim[1] * lost[1]) / size
+    least, far = model.ratio_travel, False
+    claim_x = claim_y = lost_x = lost_y = 0.0
+    for i in range(w):
+        turned = each[TRAVEL, i] - past[oldest, 1 + i]
+        slid = each[ANGLE, i] - past[oldest, 1 + w + i]
+        if abs(turned) >= least:
+            far = True
+            entry[first + i] = 1.0 - slid / turned
+        x, y = model.inverse[0, i], model.inverse[1, i]
+        claim_x += x * turned
+        claim_y += y * turned
+        lost_x += x * slid
+        lost_y += y * slid
+    size = claim_x * claim_x + claim_y * claim_y
+    if far and size >= least * least:
+        entry[first + w] = 1.0 - (claim_x * lost_x + claim_y * lost_y) / size
 
 
 @kernel
-def slipping(slip: FloatArray, sigma: FloatArray) -> FloatArray:
-    """Probability (W,) that each wheel slides faster than THRESHOLD, from its speed and sigma.
+def slipping(slip: float, sigma: float) -> float:
+    """Probability that a wheel slides faster than THRESHOLD, from its slip speed and sigma.
 
     Distribution function of Student's t with three degrees of freedom at
     t = (|s| - THRESHOLD)/sigma: its tails forgive a sigma that is too small, and two wheels that
     certainly slip still differ.
     """
-    t = (np.abs(slip) - THRESHOLD) / sigma
-    chance: FloatArray = 0.5 + (t * ROOT3 / (3.0 + t * t) + np.arctan(t / ROOT3)) / math.pi
-    return chance
+    t = (abs(slip) - THRESHOLD) / sigma
+    return 0.5 + (t * ROOT3 / (3.0 + t * t) + math.atan(t / ROOT3)) / math.pi
 
 
 @kernel
 def describe(model: Model, memory: Memory, row: FloatArray) -> None:
     """Fill ``row`` (row_size(W),) with the estimate of this moment."""
+    s, m = memory.s, memory.m
+    if m[CARRIED] == 0.0:  # else nothing but the motion is new
+        judged(model, memory)
+    row[:] = memory.row
+    row[POSE] = s[PX] + m[GAP_X]
+    row[POSE + 1] = s[PY] + m[GAP_Y]
+    row[POSE + 2] = s[YAW] + m[GAP_YAW]
+    if m[STILL] == 0.0 or m[CARRIED] > 0.0:
+        row[TWIST] = s[VX]
+        row[TWIST + 1] = s[VY]
+        row[TWIST + 2] = m[WZ]
+
+
+@kernel
+def judged(model: Model, memory: Memory) -> None:
+    """Fill memory.row with all but the motion: covariances and slip, and a twist of 0."""
     w = model.wheels
-    x, P, m, wheel = memory.x, memory.P, memory.m, memory.wheel
-    wz = float(m[WZ])
-    if m[CARRIED] > 0.0:  # nothing but the motion is new
-        row[:] = memory.row
-        row[POSE:POSE_COV] = x[PX:YAW + 1] + m[GAP_X:GAP_YAW + 1]
-        row[TWIST] = x[VX]
-        row[TWIST + 1] = x[VY]
-        row[TWIST + 2] = wz
-        return
-    gap = m[GAP_X:GAP_YAW + 1]
-    row[POSE:POSE_COV] = x[PX:YAW + 1] + gap
-    row[POSE_COV:TWIST] = (P[PX:YAW + 1, PX:YAW + 1] + np.outer(gap, gap)).reshape(9)
-    row[TWIST:WHEELS] = 0.0
-    if m[STILL] == 0.0:
-        row[TWIST] = x[VX]
-        row[TWIST + 1] = x[VY]
-        row[TWIST + 2] = wz
+    P, m, each, entry = memory.P, memory.m, memory.each, memory.entry
+    wz = m[WZ]
+    for i in range(3):
+        gap = m[GAP_X + i]
+        for j in range(i, 3):
+            value = P[PX + i, PX + j] + gap * m[GAP_X + j]
+            entry[POSE_COV + 3 * i + j] = value
+            entry[POSE_COV + 3 * j + i] = value
+    for k in range(TWIST, WHEELS):
+        entry[k] = 0.0
     turn = model.blind_turn ** 2 * 0.01
     if m[HAVE_GYRO] > 0.0:
-        turn = P[BG, BG] + wz * wz * P[KG, KG] + 100.0 * model.gyro_noise ** 2
-    row[TWIST_COV] = P[VX, VX]
-    row[TWIST_COV + 1] = P[VX, VY]
-    row[TWIST_COV + 3] = P[VY, VX]
-    row[TWIST_COV + 4] = P[VY, VY]
-    row[TWIST_COV + 8] = turn
-    row[SLIP_TWIST:SLIP_COV] = model.inverse @ wheel[SLIP]
-    row[SLIP_COV:BODY] = row[TWIST_COV:SLIP_TWIST]
-    row[SLIP_COV:BODY:4] += 25e-6
-    chance = slipping(wheel[SLIP], wheel[SIGMA])
-    row[BODY] = chance.max()
-    row[WHEELS:WHEELS + w] = wheel[SLIP] / model.travel
-    row[WHEELS + w:WHEELS + 2 * w] = wheel[ANGLE] / model.travel
-    row[WHEELS + 2 * w:WHEELS + 3 * w] = chance
-    ratios(model, memory, row[WHEELS + 3 * w:])
-    memory.row[:] = row
+        turn = float(P[BG, BG]) + wz * wz * float(P[KG, KG]) + 100.0 * model.gyro_noise ** 2
+    xx, xy, yy = float(P[VX, VX]), float(P[VX, VY]), float(P[VY, VY])
+    for first, floor in ((TWIST_COV, 0.0), (SLIP_COV, 25e-6)):
+        entry[first] = xx + floor
+        entry[first + 1] = xy
+        entry[first + 3] = xy
+        entry[first + 4] = yy + floor
+        entry[first + 8] = turn + floor
+    most = 0.0
+    for i in range(w):
+        speed, travel = each[SLIP, i], model.travel[i]
+        for k in range(3):
+            entry[SLIP_TWIST + k] += model.inverse[k, i] * speed
+        chance = slipping(speed, each[SIGMA, i])
+        most = max(most, chance)
+        entry[WHEELS + i] = speed / travel
+        entry[WHEELS + w + i] = each[ANGLE, i] / travel
+        entry[WHEELS + 2 * w + i] = chance
+    entry[BODY] = most
+    ratios(model, memory, WHEELS + 3 * w)
 
 
 def estimate_of_row(row: FloatArray, wheels: int, stamp_ns: int, source: str) -> Estimate:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from mecanum_base.core.estimation.acceleration import kernel
-from mecanum_base.core.estimation.frame import arm, predict
+from mecanum_base.core.estimation.frame import arm, predict, sound
 from mecanum_base.core.estimation.layout import (
     CARRIED,
     FRAME,
@@ -70,10 +70,7 @@ def run(model: Model, memory: Memory, kind: IntArray, stamp: IntArray, value: Fl
         if kind[k] == FRAME:
             take_frame(model, memory, now, value[k, :w], valid)
             counts[USED_FRAME] += 1
-            least = memory.P[0, 0]
-            for i in range(memory.P.shape[0]):
-                least = min(least, memory.P[i, i])
-            if not (np.isfinite(memory.x.sum() + memory.P.sum()) and least > -1e-12):
+            if memory.m[CARRIED] == 0.0 and not sound(memory):
                 return k + 1, rows, BROKEN
             describe(model, memory, table[rows])
             marks[rows, 0] = memory.wheel[SLIP]

@@ -21,6 +21,7 @@ from mecanum_base.core.estimation.layout import (
     FLAT,
     FROZEN_FOR,
     GLIDING,
+    KL,
     KY,
     LATE,
     LOCKED_FOR,
@@ -38,10 +39,11 @@ from mecanum_base.core.estimation.layout import (
     TRAVEL,
     VX,
     VY,
+    WZ,
+    K,
     Memory,
 )
 from mecanum_base.core.estimation.model import Model
-from mecanum_base.core.estimation.wheel_update import rolling_speed
 from mecanum_base.core.parameter import FloatArray
 
 SMOOTHING = 0.012  # s
@@ -56,47 +58,58 @@ UNHELD = 0.3  # share of a direction held by gripping wheels below which it coun
 @kernel
 def measure(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: float) -> None:
     """Slip speed, slip travel and the slope ring from the step of travel (W,) over T [s]."""
-    w = model.wheels
-    wheel, m = memory.wheel, memory.m
-    rolling = wheel[PENDING] + rolling_speed(memory, w) * T
-    if m[LATE] > 0.5:  # the step belongs to another time: judge it with the next frame
-        wheel[PENDING] = rolling
-        m[PENDING_T] += T
-        return
-    T += float(m[PENDING_T])
-    m[PENDING_T] = 0.0
-    wheel[PENDING] = 0.0
-    step = (z - wheel[TRAVEL]) * valid
-    wheel[STEP] = step / T
-    slid = (step - rolling) * valid
-    gain = 1.0 - math.exp(-T / SMOOTHING)
-    wheel[SLIP] += gain * (slid / T - wheel[SLIP])
-    wheel[ANGLE] += slid
-    wheel[TRAVEL] = np.where(valid > 0.0, z, wheel[TRAVEL] + rolling)
-    held = (valid > 0.0) & (np.abs(step) < FROZEN_STEP * model.tick)
-    wheel[FROZEN_FOR] = np.where(held, wheel[FROZEN_FOR] + T * (np.abs(rolling) > 0.05 * T), 0.0)
+    m, s, each, axis = memory.m, memory.s, memory.each, memory.axis
+    late = m[LATE] > 0.5
+    waited = m[PENDING_T]
+    m[PENDING_T] = waited + T if late else 0.0
+    vx, vy, wz = s[VX], (1.0 + s[KY]) * s[VY], (1.0 + s[KL]) * m[WZ]
+    whole = waited + T
+    gain = 1.0 - math.exp(-whole / SMOOTHING)
+    for i in range(model.wheels):
+        speed = (1.0 + s[K + i]) * (axis[i, 0] * vx + axis[i, 1] * vy + axis[i, 2] * wz)
+        rolling = each[PENDING, i] + speed * T
+        if late:  # the step belongs to another time: judge it with the next frame
+            each[PENDING, i] = rolling
+            continue
+        each[PENDING, i] = 0.0
+        if valid[i] == 0.0:
+            step = slid = 0.0
+            each[TRAVEL, i] += rolling
+            each[FROZEN_FOR, i] = 0.0
+        else:
+            step = z[i] - each[TRAVEL, i]
+            slid = step - rolling
+            each[TRAVEL, i] = z[i]
+            if abs(step) >= FROZEN_STEP * model.tick[i]:
+                each[FROZEN_FOR, i] = 0.0
+            elif abs(rolling) > 0.05 * whole:
+                each[FROZEN_FOR, i] += whole
+        each[STEP, i] = step / whole
+        each[SLIP, i] += gain * (slid / whole - each[SLIP, i])
+        each[ANGLE, i] += slid
 
 
 @kernel
 def watch_slope(model: Model, memory: Memory) -> None:
     """Which wheels' slip speed has stopped changing: means over the last two spans of frames."""
     clock = memory.clock
-    at = clock[SLOPE_AT]
-    memory.slope[at] = memory.wheel[SLIP]
+    at, each = clock[SLOPE_AT], memory.each
+    slips = False
+    for i in range(model.wheels):
+        memory.slope[at, i] = each[SLIP, i]
+        slips = slips or each[PROBABILITY, i] > 0.5
     clock[SLOPE_AT] = (at + 1) % (2 * SLOPE)
     clock[SLOPE_FILL] = min(clock[SLOPE_FILL] + 1, 2 * SLOPE)
-    if memory.wheel[PROBABILITY].max() <= 0.5:
-        memory.wheel[FLAT] = 1.0  # nobody slips: nothing to judge
-        return
-    if clock[SLOPE_FILL] < 2 * SLOPE:
-        memory.wheel[FLAT] = 1.0
+    if not slips or clock[SLOPE_FILL] < 2 * SLOPE:  # nobody slips: nothing to judge
+        for i in range(model.wheels):
+            each[FLAT, i] = 1.0
         return
     for i in range(model.wheels):
         old = new = 0.0
         for k in range(SLOPE):
             new += memory.slope[(at - k) % (2 * SLOPE), i]
             old += memory.slope[(at - SLOPE - k) % (2 * SLOPE), i]
-        memory.wheel[FLAT, i] = 1.0 if abs(new - old) < SLOPE * model.flat_speed else 0.0
+        each[FLAT, i] = 1.0 if abs(new - old) < SLOPE * model.flat_speed else 0.0
 
 
 @kernel
@@ -126,23 +139,23 @@ def unlock(model: Model, memory: Memory, T: float) -> None:
     """Let the velocity grow uncertain along directions that no gripping wheel holds."""
     m, P = memory.m, memory.P
     xx = xy = yy = 0.0
-    if memory.wheel[PROBABILITY].max() <= 0.5:
-        m[LOCKED_FOR] = 0.0
-        m[GLIDING] = 0.0
-        return
+    slips = False
     for i in range(model.wheels):
-        share = 0.0 if memory.wheel[PROBABILITY, i] > 0.5 else 2.0 / model.wheels
-        ax, ay = memory.rows[i, 0], memory.rows[i, 1]
+        if memory.each[PROBABILITY, i] > 0.5:
+            slips = True
+            continue
+        share = 2.0 / model.wheels
+        ax, ay = memory.axis[i, 0], memory.axis[i, 1]
         xx += share * ax * ax
         xy += share * ax * ay
         yy += share * ay * ay
     mean, half = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
-    if mean - half >= UNHELD:
+    if not slips or mean - half >= UNHELD:
         m[LOCKED_FOR] = 0.0
         m[GLIDING] = 0.0
         return
     m[LOCKED_FOR] += T
-    t = float(m[LOCKED_FOR])
+    t = m[LOCKED_FOR]
     grow = model.drift_apart ** 2 * t * T * 2.0 + frictionless(memory, T)
     if mean + half < UNHELD:
         P[VX, VX] += grow
@@ -159,8 +172,10 @@ def unlock(model: Model, memory: Memory, T: float) -> None:
 @kernel
 def uncertainty(model: Model, memory: Memory) -> None:
     """Standard deviation (W,) m/s of each slip speed: sigma^2 = A_i P_v A_i' + (5 mm/s)^2."""
-    x, P = memory.x, memory.P
-    lateral = 1.0 + float(x[KY])
-    ax, ay = memory.rows[:, 0], memory.rows[:, 1] * lateral
-    memory.wheel[SIGMA] = np.sqrt(ax * ax * P[VX, VX] + 2.0 * ax * ay * P[VX, VY]
-                                  + ay * ay * P[VY, VY] + 25e-6)
+    P, axis = memory.P, memory.axis
+    lateral = 1.0 + memory.s[KY]
+    xx, xy, yy = float(P[VX, VX]), float(P[VX, VY]), float(P[VY, VY])
+    for i in range(model.wheels):
+        ax, ay = axis[i, 0], axis[i, 1] * lateral
+        variance = ax * ax * xx + 2.0 * ax * ay * xy + ay * ay * yy
+        memory.each[SIGMA, i] = math.sqrt(max(variance, 0.0) + 25e-6)

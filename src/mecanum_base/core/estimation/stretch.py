@@ -21,6 +21,7 @@ from mecanum_base.core.estimation.estimator import (
     LONGEST_SILENCE,
     ORDER,
     Estimator,
+    in_base,
 )
 from mecanum_base.core.estimation.layout import FRAME, IMU
 from mecanum_base.core.estimation.ordering import FAR_NS
@@ -138,8 +139,7 @@ def take(estimator: Estimator, stretch: Stretch, last: bool = False) -> Rows | N
     for name, count in (('imu', np.sum(stretch.kind == IMU)),
                         (stream, np.sum(stretch.kind == FRAME))):
         if count:
-            received = estimator._counters.received
-            received[name] = received.get(name, 0) + int(count)
+            estimator._counters.received[name] += int(count)
     return _run(estimator, whole, settled, stamp[settled], push, turned, stream)
 
 
@@ -164,8 +164,7 @@ def _run(estimator: Estimator, whole: Stretch, settled: IntArray, stamp: IntArra
     estimator._published = None if progress[PUBLISHED] < 0 else int(progress[PUBLISHED])
     for name, count in (('imu', counts[USED_IMU]), (stream, counts[USED_FRAME])):
         if count:
-            used = estimator._counters.used
-            used[name] = used.get(name, 0) + int(count)
+            estimator._counters.used[name] += int(count)
     for _ in range(int(counts[STALE_IMU])):
         estimator._counters.reject('imu', 'duplicate stamp')
     done = int(np.sum(kind[:taken] == FRAME))
@@ -199,7 +198,7 @@ def _episodes(estimator: Estimator, table: FloatArray, stamp: IntArray, predicte
     chance = slice(WHEELS + 2 * wheels, WHEELS + 3 * wheels)
     likely = (table[:, BODY] >= START) & (predicted[:len(table)] == 0)
     for row in range(len(table)):
-        if likely[row] or (episodes._open is not None and not predicted[row]):
+        if likely[row] or (episodes.lasts and not predicted[row]):
             episodes.take(int(stamp[row]), float(table[row, BODY]), table[row, chance],
                           marks[row, 0], marks[row, 1], marks[row, 2])
 
@@ -246,13 +245,12 @@ def _push(estimator: Estimator, gyro: FloatArray, accel: FloatArray) -> FloatArr
     """Gyro z, acceleration x, y, gyro x, y (I, 5) in base axes; None if one is out of range."""
     if estimator._gyro_scale != 1.0:
         gyro = gyro / estimator._gyro_scale
-    found = np.column_stack([gyro[:, 2], accel[:, 0], accel[:, 1], gyro[:, 0], gyro[:, 1]])
-    if not estimator._plain:
-        turn = estimator._turn
-        for row, (rate, force) in enumerate(zip(gyro, accel)):
-            turned = turn @ force
-            spun = turn @ rate
-            found[row] = spun[2], turned[0], turned[1], spun[0], spun[1]
+    roll, pitch, yaw = gyro.T
+    ax, ay, az = accel.T
+    if not estimator._straight:
+        roll, pitch, yaw = in_base(estimator._turn, roll, pitch, yaw)
+        ax, ay, _ = in_base(estimator._turn, ax, ay, az)
+    found = np.column_stack([yaw, ax, ay, roll, pitch])
     wz = found[:, 0]
     wild = ~(np.abs(found[:, 1]) + np.abs(found[:, 2]) <= HARDEST_PUSH)
     found[wild, 1:3] = math.nan
