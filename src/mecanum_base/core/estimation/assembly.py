@@ -75,6 +75,7 @@ def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: Estimat
     travel = travel_per_radian(base)
     count = travel * (2.0 * math.pi / counts)
     tables = hypotheses_of(base)
+    resolution = np.maximum(0.35 * count, FINEST) + 2e-5
     return Model(
         wheels=base.count,
         lever_x=float(imu.xyz[0]), lever_y=float(imu.xyz[1]), imu_gap=0.03,
@@ -85,7 +86,7 @@ def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: Estimat
         traction_time=0.01, scale_time=0.3, rolling_noise=0.0015, traction_noise=0.001,
         creep_time=0.12, creep_rest=0.0, creep_traction=0.008, creep_hard=0.03,
         creep_loose=0.0, creep_limit=0.3, creep_edge=0.03,
-        travel=travel, resolution=np.maximum(0.35 * count, FINEST) + 2e-5,
+        travel=travel, resolution=resolution, reading=np.diag(resolution ** 2),
         tick=cells(np.maximum(count, FINEST)),
         late_weight=0.01,
         member=tables.member, likely=tables.likely, change=tables.change,

@@ -38,6 +38,7 @@ class Model(NamedTuple):
     creep_loose: float  # m/s of creep of gripping wheels while others slip
     travel: FloatArray  # (W,) m a rad
     resolution: FloatArray  # (W,) m, standard deviation of one travel reading
+    reading: FloatArray  # (W, W) m^2, covariance of the travels of one frame
     tick: FloatArray  # (W,) cells, m of travel a count
     late_weight: float  # probability that the frame's stamp is late
     # hypotheses

@@ -63,74 +63,66 @@ from mecanum_base.core.estimation.layout import (
 )
 from mecanum_base.core.estimation.lean import wander
 from mecanum_base.core.estimation.model import Model
+from mecanum_base.core.parameter import FloatArray
 
-# columns of A behind VX, VY, BG, KG, KY, KL in the rows of the travel states
-SPREAD = np.array([0, 1, 2, 2, 1, 2])
+ROW_BAX, ROW_BAY, TRAVELS = 5, 6, 7  # rows of F; before them pose and velocity, as in the state
 
 
 @kernel
 def spread(model: Model, memory: Memory) -> None:
     """Bring travel and covariance up to the mean and start new sums."""
-    m, x = memory.m, memory.x
-    T = float(m[SUM_T])
+    m, s, axis = memory.m, memory.s, memory.axis
+    T = m[SUM_T]
     if T <= 0.0:
         return
     w = model.wheels
     phi, creep, n = K + w, K + 2 * w, K + 3 * w
-    rows = memory.rows
-    turn = float(m[SUM_YAW])
-    lateral, lever = 1.0 + float(x[KY]), 1.0 + float(x[KL])
-    motion = np.array([float(m[SUM_X]), lateral * float(m[SUM_Y]), lever * turn])
+    turn = m[SUM_YAW]
+    lateral, lever = 1.0 + s[KY], 1.0 + s[KL]
+    path_x, path_y, path_turn = m[SUM_X], lateral * m[SUM_Y], lever * turn
     decay = math.exp(-T / model.creep_time)
-    rolled = (1.0 + x[K:phi]) * (rows @ motion)
-    x[phi:creep] += rolled + T * x[creep:n]
-    x[creep:n] *= decay
-    if memory.hinge.shape[0] > 0:
-        memory.hinge[:] += hinge_increment(model.carriers, memory.hinge, motion)
-
-    even = T * float(m[STRETCH])  # s, without the jitter of the stamps
-    slow_turn = float(m[SLOW_W]) * even
-    slow_x, slow_y = float(m[SLOW_VX]) * even, float(m[SLOW_VY]) * even
-    push_x, push_y = float(m[SUM_VX]), float(m[SUM_VY])
-    end_x, end_y = float(x[VX]), float(x[VY])
+    even = T * m[STRETCH]  # s, without the jitter of the stamps
+    slow_turn, slow_x, slow_y = m[SLOW_W] * even, m[SLOW_VX] * even, m[SLOW_VY] * even
+    push_x, push_y = m[SUM_VX], m[SUM_VY]
+    end_x, end_y = s[VX], s[VY]
     vx, vy = end_x - push_x - turn * end_y, end_y - push_y + turn * end_x  # at its start
-    yaw = float(x[YAW]) - 0.5 * turn
-    c, s = math.cos(yaw), math.sin(yaw)
-    F = np.eye(n)
+    ax, ay = m[SLOW_AX], m[SLOW_AY]
+    yaw = s[YAW] - 0.5 * turn
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    F = np.zeros((TRAVELS + w, n))  # its rows that are neither those of I nor of creep
+    for i in range(YAW + 1):
+        F[i, i] = 1.0
     F[YAW, BG] = -T
     F[YAW, KG] = -slow_turn
     F[PX, YAW] = -m[SUM_WY]
-    F[PX, VX] = c * T
-    F[PX, VY] = -s * T
+    F[PX, VX] = cos * T
+    F[PX, VY] = -sin * T
     F[PY, YAW] = m[SUM_WX]
-    F[PY, VX] = s * T
-    F[PY, VY] = c * T
+    F[PY, VX] = sin * T
+    F[PY, VY] = cos * T
+    F[VX, VX] = 1.0
     F[VX, VY] = turn
     F[VX, BG] = -vy * T
     F[VX, KG] = -vy * slow_turn
     F[VX, BAX] = -T
-    F[VX, KAX] = -m[SLOW_AX] * T
+    F[VX, KAX] = -ax * T
     F[VY, VX] = -turn
+    F[VY, VY] = 1.0
     F[VY, BG] = vx * T
     F[VY, KG] = vx * slow_turn
     F[VY, BAY] = -T
-    F[VY, KAY] = -m[SLOW_AY] * T
-    F[BAX, BAY] = turn
-    F[BAX, BSY] = -turn
-    F[BAY, BAX] = -turn
-    F[BAY, BSX] = turn
-    F[phi:creep, VX:KL + 1] = rows[:, SPREAD] * np.array(
-        [even, lateral * even, -lever * even, -lever * slow_turn, slow_y, slow_turn])
-    slow_rolled = rows @ np.array([slow_x, lateral * slow_y, lever * slow_turn])
-    for i in range(w):
-        F[phi + i, K + i] = slow_rolled[i]
-        F[phi + i, creep + i] = even
-        F[creep + i, creep + i] = decay
+    F[VY, KAY] = -ay * T
+    F[ROW_BAX, BAX] = 1.0
+    F[ROW_BAX, BAY] = turn
+    F[ROW_BAX, BSY] = -turn
+    F[ROW_BAY, BAX] = -turn
+    F[ROW_BAY, BAY] = 1.0
+    F[ROW_BAY, BSX] = turn
 
     speed = min(1.5, math.hypot(end_x, end_y) + 0.2 * abs(turn) / T)
     share = T / (T + model.traction_time)
-    ax = float(m[SLOW_AX]) + share * (push_x / T - float(m[SLOW_AX]))
-    ay = float(m[SLOW_AY]) + share * (push_y / T - float(m[SLOW_AY]))
+    ax += share * (push_x / T - ax)
+    ay += share * (push_y / T - ay)
     m[SLOW_AX], m[SLOW_AY] = ax, ay
     share = T / (T + model.scale_time)
     m[SLOW_W] += share * (turn / T - m[SLOW_W])
@@ -139,46 +131,88 @@ def spread(model: Model, memory: Memory) -> None:
     push = math.hypot(ax, ay)
     trust = 1.0
     if m[LOCKED_FOR] > model.patience:
-        trust += 400.0 * (float(m[LOCKED_FOR]) - model.patience)
+        trust += 400.0 * (m[LOCKED_FOR] - model.patience)
     if m[HAVE_GYRO] > 0.0:
-        qg = T * max(model.gyro_noise ** 2 + (model.gyro_shake * speed) ** 2,
-                     1.5 * float(m[TREMOR]))
+        qg = T * max(model.gyro_noise ** 2 + (model.gyro_shake * speed) ** 2, 1.5 * m[TREMOR])
     else:
         qg = (model.blind_turn * T) ** 2
     if m[HAVE_ACCEL] > 0.0:
         qa = trust * max(model.accel_noise ** 2 + (model.accel_shake * speed) ** 2,
-                         1.5 * float(m[SHAKE])) * T
+                         1.5 * m[SHAKE]) * T
     else:
         qa = model.blind_push ** 2 * T
-    G = np.zeros((n, 3))
     rg, ra = math.sqrt(qg), math.sqrt(qa)
-    G[VX, 0] = ra
-    G[VY, 1] = ra
+    G = np.zeros((TRAVELS + w, 3))
     G[YAW, 2] = rg
+    G[VX, 0] = ra
     G[VX, 2] = vy * rg
+    G[VY, 1] = ra
     G[VY, 2] = -vx * rg
-    G[phi:creep] = rows * np.array([0.5 * T * ra, 0.5 * T * ra, rg])
 
-    P = F @ memory.P @ F.T + G @ G.T
-    tilt = wander(model, memory) * T * trust
-    sensor = model.sensor_drift ** 2 * T
-    P[BG, BG] += model.gyro_drift ** 2 * T
-    for b, s in ((BAX, BSX), (BAY, BSY)):
-        P[b, b] += tilt + sensor
-        P[b, s] += sensor
-        P[s, b] += sensor
-        P[s, s] += sensor
-    size = np.abs(rolled)
+    P = memory.P
     micro = model.rolling_noise ** 2 + model.traction_noise ** 2 * push
     sigma = model.creep_rest * speed + model.creep_traction * push + model.creep_hard * push * push
     loose = m[LOOSE_FOR] > 0.0
     if loose:
         sigma += model.creep_loose
-        memory.wheel[EXTRA] += (model.extra_creep * model.rolling_noise ** 2) * size
     grow = sigma * sigma * (1.0 - decay * decay)
+    fresh = np.zeros(TRAVELS + w)  # noise that each of these rows gets for itself
     for i in range(w):
-        P[phi + i, phi + i] += micro * size[i] + 1e-12
-        P[creep + i, creep + i] += grow
-    memory.P[:, :] = P
+        a, b, c = axis[i, 0], axis[i, 1], axis[i, 2]
+        rolled = (1.0 + s[K + i]) * (a * path_x + b * path_y + c * path_turn)
+        s[phi + i] += rolled + T * s[creep + i]
+        s[creep + i] *= decay
+        row = TRAVELS + i
+        F[row, VX] = a * even
+        F[row, VY] = b * lateral * even
+        F[row, BG] = -c * lever * even
+        F[row, KG] = -c * lever * slow_turn
+        F[row, KY] = b * slow_y
+        F[row, KL] = c * slow_turn
+        F[row, K + i] = a * slow_x + b * lateral * slow_y + c * lever * slow_turn
+        F[row, phi + i] = 1.0
+        F[row, creep + i] = even
+        G[row, 0] = 0.5 * T * ra * a
+        G[row, 1] = 0.5 * T * ra * b
+        G[row, 2] = rg * c
+        fresh[row] = micro * abs(rolled) + 1e-12
+        if loose:
+            memory.each[EXTRA, i] += model.extra_creep * model.rolling_noise ** 2 * abs(rolled)
+    if memory.hinge.shape[0] > 0:
+        motion = np.array([path_x, path_y, path_turn])
+        memory.hinge[:] += hinge_increment(model.carriers, memory.hinge, motion)
+    sensor = model.sensor_drift ** 2 * T
+    drift = wander(model, memory) * T * trust + sensor
+    fresh[ROW_BAX] = drift
+    fresh[ROW_BAY] = drift
+    transport(P, w, F, G @ G.T + np.diag(fresh), decay)
+    P[BG, BG] += model.gyro_drift ** 2 * T
+    for b, fixed in ((BAX, BSX), (BAY, BSY)):
+        P[b, fixed] += sensor
+        P[fixed, b] += sensor
+        P[fixed, fixed] += sensor
+    for i in range(creep, n):
+        P[i, i] += grow
     for k in range(SUM_T, SUM_WY + 1):
         m[k] = 0.0
+
+
+@kernel
+def transport(P: FloatArray, wheels: int, F: FloatArray, noise: FloatArray, decay: float) -> None:
+    """P <- F P F' + noise, for the rows of F that are neither those of I nor of creep."""
+    phi, creep = K + wheels, K + 2 * wheels
+    M = F @ P
+    B = M @ F.T + noise
+    B = 0.5 * (B + B.T)
+    P[creep:, :] *= decay
+    P[:, creep:] *= decay
+    M[:, creep:] *= decay
+    M[:, :ROW_BAX] = B[:, :ROW_BAX]
+    M[:, BAX:BAY + 1] = B[:, ROW_BAX:TRAVELS]
+    M[:, phi:creep] = B[:, TRAVELS:]
+    P[:ROW_BAX] = M[:ROW_BAX]
+    P[BAX:BAY + 1] = M[ROW_BAX:TRAVELS]
+    P[phi:creep] = M[TRAVELS:]
+    P[:, :ROW_BAX] = M[:ROW_BAX].T
+    P[:, BAX:BAY + 1] = M[ROW_BAX:TRAVELS].T
+    P[:, phi:creep] = M[TRAVELS:].T

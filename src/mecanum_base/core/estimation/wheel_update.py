@@ -95,19 +95,18 @@ def correct(memory: Memory, wheels: int, r: FloatArray, S: FloatArray, inverse: 
             U: FloatArray) -> None:
     """Plain update by all wheels; ``inverse`` of S; U (W,) variance added to each travel."""
     phi, creep = K + wheels, K + 2 * wheels
-    D = np.ascontiguousarray(memory.P[:, phi:creep])
+    P = memory.P
+    D = P[:, phi:creep].copy()
     if U.max() > 0.0:
-        D = D.copy()
         full = S.copy()
         for i in range(wheels):
             D[phi + i, i] += U[i]
             full[i, i] += U[i]
-            memory.P[phi + i, phi + i] += U[i]
+            P[phi + i, phi + i] += U[i]
         inverse = np.linalg.inv(full)
     gain = D @ inverse
     memory.x[:] += gain @ r
-    P = memory.P - gain @ D.T
-    memory.P[:, :] = 0.5 * (P + P.T)
+    P -= gain @ D.T
 
 
 @kernel
@@ -185,20 +184,24 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
     w = model.wheels
     m = memory.m
     phi, creep = K + w, K + 2 * w
-    r = (z - memory.x[phi:creep]) * valid
+    s, each = memory.s, memory.each
     speed = rolling_speed(memory, w)
-    grip = np.ascontiguousarray(memory.P[phi:creep, phi:creep])
-    tj = float(m[JITTER])
-    S = grip + tj * np.outer(speed, speed)
+    grip = memory.P[phi:creep, phi:creep] + model.reading
+    tj = m[JITTER]
+    S = grip + (tj * speed).reshape(w, 1) * speed
+    r = np.empty(w)
+    creeps = forced = False
     for i in range(w):
-        S[i, i] += model.resolution[i] ** 2 + (1.0 - valid[i]) * MISSING
-    memory.wheel[REACH] = CALM * np.sqrt(np.diag(S))
-    inverse = np.linalg.inv(S).astype(np.float64)
-    nis = float(r @ inverse @ r)
+        r[i] = (z[i] - s[phi + i]) * valid[i]
+        if valid[i] == 0.0:
+            S[i, i] += MISSING
+        each[REACH, i] = CALM * math.sqrt(max(S[i, i], 0.0))
+        creeps = creeps or abs(each[SLIP, i]) > model.creep_limit
+        forced = forced or each[FORCED, i] > 0.0
+    inverse = np.linalg.inv(S)
+    nis = float(r @ (inverse @ r))
     m[GRIP_NIS] = nis
-    creeps = np.abs(memory.wheel[SLIP]).max() > model.creep_limit
-    short = (memory.mode[0] > SURE and nis < 2.25 * w and not creeps
-             and memory.wheel[FORCED].max() == 0.0)
+    short = memory.mode[0] > SURE and nis < 2.25 * w and not creeps and not forced
     late = 0.0
     if short:
         correct(memory, w, r, S, inverse, memory.wheel[EXTRA])
@@ -210,15 +213,13 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
         count = len(memory.mode)
         prior = foresee(model, memory, T)
         stack = np.empty((w, w, count + 1))
-        late_cov = LATE_SIGMA ** 2 * np.outer(speed, speed)
-        for i in range(w):
-            for j in range(w):
-                stack[i, j, :count] = S[i, j] + (T * T) * model.likely[i, j]
-                stack[i, j, count] = S[i, j] + late_cov[i, j]
+        late_cov = (LATE_SIGMA ** 2 * speed).reshape(w, 1) * speed
+        stack[:, :, :count] = S.reshape(w, w, 1) + (T * T) * model.likely
+        stack[:, :, count] = S + late_cov
         score = log_likelihood(stack, r)
         # frames held up together come in twos; three in a row are no lateness
         lag = model.late_weight / (1.0 + float(m[LATE_RUN]) ** 10)
-        if memory.wheel[FORCED].max() > 0.0:
+        if forced:
             lag = 0.0
         score[:count] += np.log(prior * (1.0 - lag))
         score[count] += math.log(lag * prior[0] + 1e-30)
@@ -233,14 +234,12 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
         memory.wheel[PROBABILITY] = p @ model.member
     memory.wheel[EXTRA] = 0.0
     m[LATE] = late
-    m[LATE_RUN] = late * (1.0 + float(m[LATE_RUN]))
-    m[LOOSE_FOR] = model.extra_time if grips < 0.7 else max(0.0, float(m[LOOSE_FOR]) - T)
+    m[LATE_RUN] = late * (1.0 + m[LATE_RUN])
+    m[LOOSE_FOR] = model.extra_time if grips < 0.7 else max(0.0, m[LOOSE_FOR] - T)
     power = float(speed @ speed)
     if grips > 0.95 and late < 0.5 and power > 0.02:
         rho = float(speed @ r) / power
-        known = float(speed @ grip @ speed)
-        for i in range(w):
-            known += model.resolution[i] ** 2 * speed[i] ** 2
+        known = float(speed @ (grip @ speed))
         seen = min(rho * rho - known / (power * power), 9.0 * tj)
         m[JITTER] = min(25e-6, max(4e-8, tj + 0.02 * (seen - tj)))
     return short
