@@ -179,6 +179,18 @@ def test_a_mount_that_comes_late_is_used_from_the_last_pose_on(from_tf, monkeypa
     assert intake.estimator.health.used['imu'] > 30
 
 
+def test_the_smoothed_past_goes_on_over_a_mount_that_comes_late(from_tf, monkeypatch):
+    monkeypatch.setattr('mecanum_base.intake.MOUNT_WAIT', 0.5)
+    intake = Intake(from_tf, smoothed=True)
+    found = run(intake, count=70)
+    intake.static_transform('base_link', 'imu_link', (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    for index in range(71, 110):
+        found += intake.handle(wheels(index))
+    found += intake.flush()
+    past = [int(stamp) for part in intake.past(last=True) for stamp in part.stamp_ns]
+    assert past == [e.stamp_ns for e in found if e.source == 'encoder']
+
+
 def test_a_bag_that_never_tells_the_mount_is_still_replayed(from_tf):
     assert len(run(Intake(from_tf), count=100)) > 90
 

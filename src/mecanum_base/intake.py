@@ -20,6 +20,7 @@ from mecanum_base import messages
 from mecanum_base.core.command.command_watch import CommandWatch
 from mecanum_base.core.estimation.estimator import Estimator
 from mecanum_base.core.estimation.health import Health
+from mecanum_base.core.estimation.smoother import Smoothed
 from mecanum_base.core.frame_tree import FrameTree
 from mecanum_base.core.parameter import FloatArray, IntArray
 from mecanum_base.core.records import Estimate, ImuSample, PoseSample, ResetSample, Sample
@@ -44,8 +45,11 @@ class Intake:
     anew at its last pose when the mount comes later.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, smoothed: bool = False) -> None:
+        """``smoothed``: also keep what is learnt later about every frame, for :meth:`past`."""
         self.robot = robot
+        self._smoothed = smoothed
+        self._past: list[Smoothed] = []
         self.joints = robot.base.joint
         self.command_watch = CommandWatch(self.joints, robot.encoder)
         self._frames = FrameTree()
@@ -131,6 +135,7 @@ class Intake:
         self.robot = self.robot.replace(imu=dataclasses.replace(
             self.robot.imu, xyz=mount[0], rpy=mount[1]))
         self.mount_known = True
+        self._past.append(self.estimator.past(last=True))
         self.estimator = self._estimator()
         if self._last is not None:
             self.estimator.handle(PoseSample(self._last.stamp_ns, self._last.pose,
@@ -164,6 +169,11 @@ class Intake:
         """The end of the data: everything that still waits."""
         self.command_watch.flush()
         return self._remember(self._release() + self.estimator.flush())
+
+    def past(self, last: bool = False) -> tuple[Smoothed, ...]:
+        """What later readings say of frames that none can change any more; see the estimator."""
+        found, self._past = (*self._past, self.estimator.past(last)), []
+        return found
 
     def _place(self, sample: PoseSample | ResetSample) -> Estimates:
         """Apply a pose or reset at its stamp, or let it wait for the data."""
@@ -220,7 +230,7 @@ class Intake:
 
     def _estimator(self) -> Estimator:
         robot = self.robot
-        return Estimator(robot.base, robot.encoder, robot.imu, robot.estimator)
+        return Estimator(robot.base, robot.encoder, robot.imu, robot.estimator, self._smoothed)
 
 
 def _at(sample: PoseSample | ResetSample, stamp_ns: int) -> PoseSample | ResetSample:

@@ -86,3 +86,8 @@ def test_parquet_holds_the_numbers_of_the_csv_to_the_last_bit(tmp_path, make):
     for name in ('x', 'yaw', 'cov_xyaw'):
         assert table[name] == [float(row[name]) for row in track]
     assert table['source'] == [row['source'] for row in track]
+    later = parquet.read_table(tmp_path / 'out' / 'track_smoothed.parquet').to_pydict()
+    smoothed = rows(tmp_path / 'out' / 'track_smoothed.csv')
+    assert later['x'] == [float(row['x']) for row in smoothed]
+    assert sorted(p.name for p in (tmp_path / 'out').glob('*.parquet')) == [
+        'slip.parquet', 'slip_smoothed.parquet', 'track.parquet', 'track_smoothed.parquet']

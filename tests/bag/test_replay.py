@@ -9,7 +9,9 @@ import pytest
 from mecanum_base.bag.replay import replay
 from mecanum_base.bag.summary import summary_of
 from mecanum_base.bag.topics import Topics
+from mecanum_base.bag.track import FILES, SMOOTHED
 from mecanum_base.core.errors import BagError
+from mecanum_base.core.estimation import smoother
 from mecanum_base.robot import Robot
 from mecanum_base.robot_file import parse_parameters
 
@@ -237,17 +239,22 @@ def test_columns_and_single_samples_give_the_same_bytes(tmp_path, make, monkeypa
     original = module.take
     monkeypatch.setattr(module, 'take', counted)
     monkeypatch.setattr(module, 'SIZE', 300)  # several chunks of 60 messages
+    monkeypatch.setattr(smoother, 'PIECE', 10**9)
+    monkeypatch.setattr(smoother, 'AHEAD', 10**9)
     fast = run(path, tmp_path / 'fast')
     by_columns = sum(len(rows.stamp_ns) for rows in taken if rows is not None)
     assert by_columns > fast.course.rows * (0.5 if kind in SPREAD else 0.75)
     monkeypatch.setattr(module, 'take', lambda *arguments: None)
     slow = run(path, tmp_path / 'slow')
-    for name in ('track.csv', 'slip.csv', 'odometry.tum'):
+    for name in (*FILES, *SMOOTHED):
         assert (tmp_path / 'fast' / name).read_bytes() == (tmp_path / 'slow' / name).read_bytes()
     first, second = fast.intake.estimator, slow.intake.estimator
     assert first.health == second.health
     assert [e.start_ns for e in first.episodes] == [e.start_ns for e in second.episodes]
     assert fast.course.path == pytest.approx(slow.course.path, rel=1e-12)
+    stamps, source = (column(tmp_path / 'fast', name) for name in ('stamp', 'source'))
+    assert column(tmp_path / 'fast', 'stamp', 'track_smoothed.csv') == [
+        stamp for stamp, kind in zip(stamps, source) if kind == 'encoder']
 
 
 def command(*words):
@@ -255,14 +262,15 @@ def command(*words):
                           capture_output=True, text=True, timeout=120)
 
 
-def test_the_command_writes_four_files_and_keeps_the_pipe_clean(tmp_path, make):
+def test_the_command_writes_its_files_and_keeps_the_pipe_clean(tmp_path, make):
     path = make.write_mcap(tmp_path / 'a.mcap', make.drive(1.0))
     (tmp_path / 'robot.yaml').write_text(ROBOT)
     done = command(path, '--robot', tmp_path / 'robot.yaml', '--out', tmp_path / 'out')
     assert done.returncode == 0 and done.stderr == ''
     assert '\r' not in done.stdout and '\x1b' not in done.stdout
     assert sorted(p.name for p in (tmp_path / 'out').iterdir()) == [
-        'odometry.tum', 'slip.csv', 'summary.json', 'track.csv']
+        'odometry.tum', 'slip.csv', 'slip_smoothed.csv', 'summary.json', 'track.csv',
+        'track_smoothed.csv', 'track_smoothed.tum']
     summary = json.loads((tmp_path / 'out' / 'summary.json').read_text())
     for key in ('messages', 'duration', 'distance', 'slip_episodes', 'health', 'run', 'versions',
                 'robot_file'):

@@ -17,6 +17,7 @@ from mecanum_base.bag.encode import blank, encode
 from mecanum_base.bag.reader import Bag
 from mecanum_base.bag.recorder import Recorder
 from mecanum_base.bag.replay import Sink
+from mecanum_base.bag.track import FILES, SMOOTHED
 from mecanum_base.core.errors import BagError
 from mecanum_base.core.records import Estimate
 from mecanum_base.robot import Robot
@@ -89,8 +90,8 @@ class BagExport:
 
 
 def write_parquet(folder: pathlib.Path) -> tuple[pathlib.Path, ...]:
-    """track.parquet and slip.parquet from the csv files of a replay, batch by batch."""
-    return tuple(_parquet(folder / name) for name in ('track.csv', 'slip.csv'))
+    """A Parquet table of each csv file of a replay, batch by batch."""
+    return tuple(_parquet(folder / name) for name in (*FILES[1:], *SMOOTHED[1:]))
 
 
 def _parquet(source: pathlib.Path) -> pathlib.Path:

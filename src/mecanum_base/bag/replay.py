@@ -23,9 +23,10 @@ from mecanum_base.bag.portion import feed, portions
 from mecanum_base.bag.reader import Bag
 from mecanum_base.bag.stream import SampleReader
 from mecanum_base.bag.topics import STREAMS, Topics, advice
-from mecanum_base.bag.track import TrackWriter
+from mecanum_base.bag.track import SMOOTHED, TrackWriter
 from mecanum_base.core.errors import BagError
 from mecanum_base.core.estimation.output import TWIST
+from mecanum_base.core.estimation.smoother import Smoothed
 from mecanum_base.core.estimation.stretch import Rows
 from mecanum_base.core.records import Estimate
 from mecanum_base.intake import Intake
@@ -104,19 +105,23 @@ class Sink(Protocol):
 def replay(paths: list[str], robot: Robot, out: str | os.PathLike[str], topics: Topics,
            step: Step | None = None) -> Replayed:
     """Replay the recording ``paths`` into files in the folder ``out``; see :func:`replay_into`."""
-    return replay_into(paths, robot, lambda: TrackWriter(out, robot.base.joint), topics, step)
+    joints = robot.base.joint
+    return replay_into(paths, robot, lambda: TrackWriter(out, joints), topics, step,
+                       lambda: TrackWriter(out, joints, SMOOTHED))
 
 
 def replay_into(paths: list[str], robot: Robot, sink: Callable[[], Sink], topics: Topics,
-                step: Step | None = None) -> Replayed:
+                step: Step | None = None,
+                smoothed: Callable[[], TrackWriter] | None = None) -> Replayed:
     """Replay the recording ``paths`` into what ``sink`` makes once the first block is read.
 
-    The sink is used in a thread of its own. Raises BagError where the recording cannot be read or
+    What ``smoothed`` makes takes every frame as it looks once later readings are known. Both are
+    used in a thread of their own. Raises BagError where the recording cannot be read or
     holds no encoder messages.
     """
     begin = time.perf_counter()
     with Bag(paths) as bag:
-        intake = Intake(robot)
+        intake = Intake(robot, smoothed is not None)
         rejected: list[tuple[str, str]] = []
         reader = SampleReader(robot.base.joint, topics,
                               lambda stream, reason: rejected.append((stream, reason)),
@@ -127,14 +132,16 @@ def replay_into(paths: list[str], robot: Robot, sink: Callable[[], Sink], topics
             with Ahead(portions(bag, reader, topics, rejected)) as read:
                 for portion in read:
                     if output is None:
-                        output = _Output(sink())
+                        output = _Output(sink(), smoothed and smoothed())
                     for found in feed(portion, intake):
                         output.take(found, course)
+                    output.look_back(intake.past())
                     if step is not None:
                         step(portion.share, course.seconds)
             require_encoder(bag, reader, topics)
             if output is not None:
                 output.take(intake.flush(), course)
+                output.look_back(intake.past(last=True))
         finally:
             if output is not None:
                 output.close()
@@ -144,8 +151,8 @@ def replay_into(paths: list[str], robot: Robot, sink: Callable[[], Sink], topics
 class _Output:
     """Hands what the estimator gives to a sink, in a thread behind the caller."""
 
-    def __init__(self, sink: Sink) -> None:
-        self._sink, self._behind = sink, Behind()
+    def __init__(self, sink: Sink, smoothed: TrackWriter | None) -> None:
+        self._sink, self._smoothed, self._behind = sink, smoothed, Behind()
         self._held: list[Estimate] = []
 
     def take(self, found: Rows | tuple[Estimate, ...], course: Course) -> None:
@@ -168,6 +175,14 @@ class _Output:
         if len(self._held) >= _GATHERED:
             self._flush()
 
+    def look_back(self, past: tuple[Smoothed, ...]) -> None:
+        """Take frames as they look by now."""
+        for part in past:
+            if self._smoothed is not None and len(part.stamp_ns):
+                self._behind.do(functools.partial(
+                    self._smoothed.write_rows, part.stamp_ns, part.track, part.slip,
+                    np.zeros(len(part.stamp_ns), dtype=np.int64)))
+
     def _flush(self) -> None:
         if self._held:
             self._behind.do(functools.partial(_write, self._sink, self._held))
@@ -181,7 +196,11 @@ class _Output:
             try:
                 self._behind.close()
             finally:
-                self._sink.close()
+                try:
+                    self._sink.close()
+                finally:
+                    if self._smoothed is not None:
+                        self._smoothed.close()
 
 
 def _write(sink: Sink, estimates: list[Estimate]) -> None:

@@ -1,4 +1,5 @@
-"""Write estimates as files: odometry.tum, track.csv and slip.csv (one row per estimate).
+"""Write estimates as files: odometry.tum, track.csv and slip.csv (one row per estimate), or those
+with ``smoothed`` in their names.
 
 Used by the odometry node and by ``mecanum replay`` alike, so that equal estimates give equal
 bytes. Numbers are written exactly (:mod:`mecanum_base.bag.number_text`), stamps with all nine
@@ -24,6 +25,8 @@ from mecanum_base.core.records import Estimate
 TRACK_COLUMNS = ('stamp', 'x', 'y', 'yaw', 'vx', 'vy', 'wz', 'cov_xx', 'cov_xy', 'cov_yy',
                  'cov_xyaw', 'cov_yyaw', 'cov_yawyaw', 'source')
 SOURCES = ('encoder', 'predicted')
+FILES = ('odometry.tum', 'track.csv', 'slip.csv')
+SMOOTHED = ('track_smoothed.tum', 'track_smoothed.csv', 'slip_smoothed.csv')
 _COVARIANCE = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))
 _ROWS = 2048
 _NUMBERS = 12  # of one track row, between stamp and source
@@ -40,13 +43,17 @@ def slip_columns(joints: Sequence[str]) -> tuple[str, ...]:
 class TrackWriter:
     """Writes the three files into a folder; a context manager. BagError where it cannot write."""
 
-    def __init__(self, folder: str | os.PathLike[str], joints: Sequence[str]) -> None:
-        """Create ``folder`` and the files; ``joints`` name the wheels in wheel order."""
+    def __init__(self, folder: str | os.PathLike[str], joints: Sequence[str],
+                 names: Sequence[str] = FILES) -> None:
+        """Create ``folder`` and the files; ``joints`` name the wheels in wheel order.
+
+        ``names`` of the poses in TUM form, of the track and of the slip.
+        """
         place = pathlib.Path(folder)
         self._files: list[BinaryIO] = []
         try:
             place.mkdir(parents=True, exist_ok=True)
-            for name in ('odometry.tum', 'track.csv', 'slip.csv'):
+            for name in names:
                 self._files.append(open(place / name, 'wb'))
         except OSError as error:
             self._shut()

@@ -29,7 +29,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='MCAP file or rosbag2 folder; several are read as one recording')
     parser.add_argument('--robot', required=True, metavar='FILE', help='robot file (YAML)')
     parser.add_argument('--out', required=True, metavar='DIR',
-                        help='folder for odometry.tum, track.csv, slip.csv, summary.json')
+                        help='folder for odometry.tum, track.csv, slip.csv, the same as later '
+                             'readings show it (track_smoothed.tum, track_smoothed.csv, '
+                             'slip_smoothed.csv) and summary.json')
     parser.add_argument('--encoder-topic', metavar='T',
                         help='topic of the encoders (default: joint_states or wheel_ticks, as '
                              'the robot file says)')
@@ -40,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='also write DIR/bag: the original topics with the new odometry and '
                              'slip beside them, for Foxglove or ros2 bag play')
     parser.add_argument('--parquet', action='store_true',
-                        help='also write track.parquet and slip.parquet')
+                        help='also write the four csv files as Parquet tables')
 
 
 def run(options: argparse.Namespace) -> int:
@@ -61,7 +63,7 @@ def _replay(options: argparse.Namespace) -> int:
     from mecanum_base.bag.replay import Sink, replay_into
     from mecanum_base.bag.summary import summary_of, write_json
     from mecanum_base.bag.topics import Topics
-    from mecanum_base.bag.track import TrackWriter
+    from mecanum_base.bag.track import SMOOTHED, TrackWriter
     from mecanum_base.cli.progress import Progress
     from mecanum_base.core.estimation.acceleration import COMPILED
     from mecanum_base.robot_file import load_robot
@@ -100,7 +102,8 @@ def _replay(options: argparse.Namespace) -> int:
                 return
             rate = (seconds - begin[1]) / max(now - begin[0], 1e-9)
             progress.update(share, f'{rate:.0f} x real time')
-        done = replay_into(options.bag, robot, sink, topics, step)
+        done = replay_into(options.bag, robot, sink, topics, step,
+                           lambda: TrackWriter(out, robot.base.joint, SMOOTHED))
     summary = summary_of(done, topics, options.robot)
     write_json(out / 'summary.json', summary)
     for export in exports:

@@ -45,10 +45,10 @@ def rectangle(count=4, **more):
                   max_speed=[40.0] * count, **more)
 
 
-def estimator(base=None, encoder=None, imu=None, tuning=None):
+def estimator(base=None, encoder=None, imu=None, tuning=None, smoothed=False):
     return Estimator(rectangle() if base is None else base,
                      encoder or EncoderConfig(counts_per_revolution=COUNTS),
-                     imu or ImuConfig(), tuning or EstimatorConfig())
+                     imu or ImuConfig(), tuning or EstimatorConfig(), smoothed)
 
 
 @dataclass

@@ -54,6 +54,7 @@ from mecanum_base.core.estimation.lean import GRAVITY, LEAK
 from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.estimation.output import row_size
 from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
+from mecanum_base.core.estimation.trail import row_width
 from mecanum_base.core.estimation.tuning import EstimatorConfig
 from mecanum_base.core.parameter import FloatArray
 from mecanum_base.core.platform.carriers import Carriers
@@ -145,7 +146,7 @@ def memory_of(base: Base, model: Model, tuning: EstimatorConfig) -> Memory:
     ends = np.cumsum([part.size for part in parts])
     x, P, m, rows, hinge, mode, wheel, slope, past, row, block = (
         store[end - part.size:end].reshape(part.shape) for part, end in zip(parts, ends))
-    kept_ns = np.zeros((SLOTS, 3), dtype=np.int64)
+    kept_ns = np.zeros((SLOTS, 4), dtype=np.int64)
     kept_ns[:, 1] = -TAPE - 1
     return Memory(
         x=x, s=cells(x), P=P, m=cells(m), clock=cells(np.zeros(CLOCK_SIZE, dtype=np.int64)),
@@ -155,4 +156,5 @@ def memory_of(base: Base, model: Model, tuning: EstimatorConfig) -> Memory:
         kept_clock=np.zeros((SLOTS, CLOCK_SIZE), dtype=np.int64), kept_ns=cells(kept_ns),
         tape=cells(np.zeros((TAPE, max(5, 2 * w)))),
         tape_ns=cells(np.zeros((TAPE, 2), dtype=np.int64)),
-        reel=cells(np.zeros(REEL_SIZE, dtype=np.int64)))
+        reel=cells(np.zeros(REEL_SIZE, dtype=np.int64)),
+        trail=np.zeros((0, row_width(w))), trail_ns=np.zeros(0, dtype=np.int64))

@@ -31,6 +31,7 @@ from mecanum_base.core.estimation.notes import unobservable
 from mecanum_base.core.estimation.ordering import StampOrder
 from mecanum_base.core.estimation.output import estimate_of_row
 from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
+from mecanum_base.core.estimation.smoother import Smoothed
 from mecanum_base.core.estimation.tuning import EstimatorConfig
 from mecanum_base.core.parameter import FloatArray
 from mecanum_base.core.platform.carriers import Carriers
@@ -69,8 +70,9 @@ class Estimator:
     """
 
     def __init__(self, base: Base, encoder: EncoderConfig, imu: ImuConfig,
-                 tuning: EstimatorConfig) -> None:
-        self._filter = BodyFilter(base, encoder, imu, tuning)
+                 tuning: EstimatorConfig, smoothed: bool = False) -> None:
+        """``smoothed``: also keep what is learnt later about every frame, for :meth:`past`."""
+        self._filter = BodyFilter(base, encoder, imu, tuning, smoothed)
         top = np.repeat(base.max_speed, 2) if isinstance(base, Carriers) else base.max_speed
         self._angles = WheelAngles(encoder, base.count, top)
         self._order: StampOrder[Sample] = StampOrder(round(tuning.reorder_wait * NANOSECONDS))
@@ -116,6 +118,11 @@ class Estimator:
         for item in self._order.flush():
             self._process(item, found)
         return tuple(found)
+
+    def past(self, last: bool = False) -> Smoothed:
+        """Frames whose estimate no later reading can change, as they look by now; each is told
+        once, in order. After the ``last`` sample of all, the rest."""
+        return self._filter.past(last)
 
     def reject(self, stream: str, reason: str) -> None:
         """Count a message of ``stream`` that never became a sample."""

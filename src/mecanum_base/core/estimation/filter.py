@@ -24,6 +24,7 @@ from mecanum_base.core.estimation.layout import (
     NOW,
     PAST,
     PX,
+    REEL_ROWS,
     YAW,
     K,
     Memory,
@@ -32,6 +33,8 @@ from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.estimation.output import describe, row_size
 from mecanum_base.core.estimation.reading import take_frame, take_imu
 from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
+from mecanum_base.core.estimation.smoother import Smoothed, Smoother
+from mecanum_base.core.estimation.trail import free, hand_out, intact, settled, with_room
 from mecanum_base.core.estimation.tuning import EstimatorConfig
 from mecanum_base.core.parameter import FloatArray
 
@@ -44,10 +47,12 @@ class BodyFilter:
     """Filter of one base. Stamps in ns must not go back; readings are in base axes and m."""
 
     def __init__(self, base: Base, encoder: EncoderConfig, imu: ImuConfig,
-                 tuning: EstimatorConfig) -> None:
-        self._base, self._tuning = base, tuning
+                 tuning: EstimatorConfig, smoothed: bool = False) -> None:
+        """``smoothed``: keep what becomes of every frame, for :meth:`past`."""
+        self._base, self._tuning, self._smoothed = base, tuning, smoothed
         self.model: Model = model_of(base, encoder, imu, tuning)
         self.memory: Memory = memory_of(base, self.model, tuning)
+        self._smoother = Smoother(self.model.travel)
         self._size = row_size(self.model.wheels)
         self.armed = False
         self.started = False
@@ -85,6 +90,8 @@ class BodyFilter:
         if jumped:  # this frame says nothing of such a wheel; from here on it counts anew
             valid = valid.copy()
             valid[list(jumped)] = 0.0
+        self.reserve(1)
+        memory = self.memory
         take_frame(model, memory, stamp_ns, cells(travel), cells(valid))
         for i in jumped:
             anchor(model, memory, i, float(travel[i]))
@@ -98,6 +105,30 @@ class BodyFilter:
         if self.started and (stamp_ns > now or (stamp_ns == now and behind)):
             predict(self.model, self.memory, stamp_ns)
 
+    def reserve(self, frames: int) -> None:
+        """Make room for what becomes of so many more frames, if that is kept at all."""
+        if not self._smoothed or free(self.memory) >= frames:
+            return
+        self._settle(settled(self.memory))
+        self.memory = with_room(self.memory, max(frames, len(self.memory.trail) // 2))
+
+    def past(self, last: bool = False) -> Smoothed:
+        """Frames as later ones show them, those not told before; ``last``: no frame follows."""
+        if last:
+            self._part(int(self.memory.reel[REEL_ROWS]))
+        else:
+            self._settle(settled(self.memory))
+        return self._smoother.taken()
+
+    def _settle(self, rows: int) -> None:
+        if rows:
+            self._smoother.take(*hand_out(self.memory, rows))
+
+    def _part(self, rows: int) -> None:
+        """What comes after the first ``rows`` frames has nothing to say of them."""
+        self._settle(rows)
+        self._smoother.end()
+
     def row(self) -> FloatArray:
         """Output row of this moment, a fresh array laid out as in :mod:`.output`."""
         row = np.empty(self._size)
@@ -106,6 +137,7 @@ class BodyFilter:
 
     def place(self, pose: FloatArray, covariance: FloatArray) -> None:
         """Put the base at ``pose`` (3,) with ``covariance`` (3, 3); all else is kept."""
+        self._part(int(self.memory.reel[REEL_ROWS]))
         self.predict(self.now_ns)
         x, P = self.memory.x, self.memory.P
         x[PX:YAW + 1] = pose
@@ -128,6 +160,7 @@ class BodyFilter:
 
     def restart(self) -> None:
         """Last pose and learnt values, start-up covariance, all stamps and anchors forgotten."""
+        self._part(int(self.memory.reel[REEL_ROWS]))
         old = self.memory.x.copy()
         jitter = float(self.memory.m[JITTER])
         self.memory = memory_of(self._base, self.model, self._tuning)
@@ -149,6 +182,7 @@ class BodyFilter:
 
     def recover(self) -> None:
         """Last known pose, start-up covariance with a metre of doubt on the pose."""
+        self._part(intact(self.memory))
         fresh = memory_of(self._base, self.model, self._tuning)
         for i in range(PX, YAW + 1):
             if np.isfinite(self.memory.x[i]):

@@ -52,6 +52,7 @@ from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.estimation.propagation import spread
 from mecanum_base.core.estimation.slip import measure, uncertainty, unlock, watch_slope
 from mecanum_base.core.estimation.standstill import leave, watch
+from mecanum_base.core.estimation.trail import expect
 from mecanum_base.core.estimation.wheel_update import SURE, judge
 from mecanum_base.core.parameter import FloatArray
 
@@ -193,6 +194,7 @@ def step_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
     if still(model, memory, z, valid, step):
         return
     px, py, yaw, vx, vy, bx, by = corrected(memory)
+    expect(memory)
     judge(model, memory, z, valid, span)
     account(memory, span, px, py, yaw, vx, vy, bx, by)
     if m[HAVE_GYRO] == 0.0:

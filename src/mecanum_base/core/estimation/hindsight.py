@@ -48,6 +48,7 @@ from mecanum_base.core.estimation.layout import (
     PX,
     PY,
     REEL_COUNT,
+    REEL_ROWS,
     REEL_SLOT,
     SHAKE,
     SLOW_AX,
@@ -98,6 +99,7 @@ def keep(memory: Memory, now: int) -> None:
     memory.kept_ns[slot, 0] = now
     memory.kept_ns[slot, 1] = reel[REEL_COUNT]
     memory.kept_ns[slot, 2] = RERUNS
+    memory.kept_ns[slot, 3] = reel[REEL_ROWS]
     memory.kept_clock[slot] = memory.clock
     memory.kept[slot] = memory.store
 
@@ -257,4 +259,5 @@ def rewind(memory: Memory, found: int, wheels: FloatArray) -> int:
         if memory.kept_ns[slot, 0] > memory.kept_ns[found, 0]:
             memory.kept_ns[slot, 1] = -TAPE - 1
     reel[REEL_SLOT] = found
+    reel[REEL_ROWS] = memory.kept_ns[found, 3]
     return int(memory.kept_ns[found, 1])

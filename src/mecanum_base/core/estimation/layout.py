@@ -64,10 +64,12 @@ class Memory(NamedTuple):
     store: FloatArray  # all of the above but the clock in one row: the others are views of it
     kept: FloatArray  # (SLOTS, len(store)) snapshots of it
     kept_clock: IntArray  # (SLOTS, CLOCK_SIZE)
-    kept_ns: IntArray  # (SLOTS, 3) cells: stamp, readings before it, second looks left
+    kept_ns: IntArray  # (SLOTS, 4) cells: stamp, readings and rows before it (1, 3), looks left
     tape: FloatArray  # (TAPE, values) cells, the last readings
     tape_ns: IntArray  # (TAPE, 2) cells, stamp and kind
     reel: IntArray  # (REEL_SIZE,) cells, counters named below
+    trail: FloatArray  # (rows, width) what became of the last frames; no rows: not kept
+    trail_ns: IntArray  # (rows,) their stamps
 
 
 # rows of Memory.wheel
@@ -75,7 +77,7 @@ class Memory(NamedTuple):
  STEP, PENDING, REACH, FORCED, WHEEL_ROWS) = range(15)
 
 # entries of Memory.reel
-REEL_COUNT, REEL_SLOT, REEL_SIZE = range(3)
+REEL_COUNT, REEL_SLOT, REEL_ROWS, REEL_SIZE = range(4)
 
 # columns of Memory.block
 B_N, B_T, B_G, B_GG, B_X, B_XX, B_Y, B_YY, B_LEAN_X, B_LEAN_Y, BLOCK = range(11)

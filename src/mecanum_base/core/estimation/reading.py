@@ -41,6 +41,7 @@ from mecanum_base.core.estimation.layout import (
 )
 from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.estimation.output import remember
+from mecanum_base.core.estimation.trail import mark
 from mecanum_base.core.parameter import FloatArray
 
 
@@ -72,6 +73,7 @@ def take_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
     before = slipping_set(memory, w)
     step_frame(model, memory, now, z, valid)
     remember(model, memory)
+    mark(memory)
     if memory.m[CARRIED] > 0.0:
         return
     slips = np.zeros(w)
@@ -101,6 +103,7 @@ def again(model: Model, memory: Memory, slot: int, slips: FloatArray) -> None:
                 z[i], valid[i] = tape[at, i], tape[at, w + i]
             step_frame(model, memory, stamp, z, valid)
             remember(model, memory)
+            mark(memory)
         else:
             step_imu(model, memory, stamp, tape[at, 0], tape[at, 1], tape[at, 2], tape[at, 3],
                      tape[at, 4])

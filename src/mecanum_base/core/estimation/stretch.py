@@ -158,6 +158,7 @@ def _run(estimator: Estimator, whole: Stretch, settled: IntArray, stamp: IntArra
     last_row = -1 if estimator._published is None else estimator._published
     progress = np.array([body.started, body.armed, last_row], dtype=np.int64)
     limits = np.array([LONGEST_SILENCE, estimator._period], dtype=np.int64)
+    body.reserve(int(np.sum(kind == FRAME)))
     taken, rows, reason = run(body.model, body.memory, kind, np.ascontiguousarray(stamp), value,
                               limits, progress, table, row_stamp, predicted, marks, counts)
     body.started, body.armed = bool(progress[STARTED]), bool(progress[ARMED])

@@ -1,0 +1,98 @@
+"""The smoothed track of a recording, piece by piece, from the final rows of the trail.
+
+Slip follows from the smoothed velocity v_s (:mod:`.smoothing`):
+
+    s_i <- s_i - A_i (v_s - v)        sigma_i^2 = A_i P_v A_i' + (5 mm/s)^2
+
+A given pose and a restart end a piece: nothing that comes later changes what lies before. Where
+the pieces end depends on the stamps of the rows only, not on how the rows come.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mecanum_base.core.estimation.layout import VX, VY
+from mecanum_base.core.estimation.output import ROOT3, THRESHOLD
+from mecanum_base.core.estimation.smoothing import TRACK, look_back
+from mecanum_base.core.estimation.trail import WAS_JUDGED, WAS_STILL, WHEELS
+from mecanum_base.core.parameter import FloatArray, IntArray
+
+PIECE = 12_000_000_000  # ns handed out at once
+AHEAD = 8_000_000_000  # ns of later frames that a frame sees at least: e^-4 of what is beyond
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Smoothed:
+    """Frames in order: ``stamp_ns`` (R,), ``track`` (R, 12) and ``slip`` (R, 2 W + 1).
+
+    The columns are those of :class:`.stretch.Rows`.
+    """
+
+    stamp_ns: IntArray
+    track: FloatArray
+    slip: FloatArray
+
+
+class Smoother:
+    """Takes final rows of the trail in order and gives them back smoothed."""
+
+    def __init__(self, travel: FloatArray) -> None:
+        """``travel`` (W,) m a radian."""
+        self._travel = travel
+        self._rows: list[FloatArray] = []
+        self._stamp: list[IntArray] = []
+        self._done: list[Smoothed] = []
+
+    def take(self, stamp: IntArray, rows: FloatArray) -> None:
+        """Take rows (R, width) with stamps (R,) ns that follow those before."""
+        if not len(stamp):
+            return
+        self._stamp.append(stamp)
+        self._rows.append(rows)
+        if stamp[-1] - self._stamp[0][0] < PIECE + AHEAD:
+            return
+        stamp, rows = np.concatenate(self._stamp), np.concatenate(self._rows)
+        while stamp[-1] - stamp[0] >= PIECE + AHEAD:
+            seen, over = np.searchsorted(stamp, [stamp[0] + PIECE + AHEAD, stamp[0] + PIECE])
+            judged = np.flatnonzero(rows[:over, WAS_JUDGED])  # calm ones stay with the last
+            over = judged[-1] if len(judged) and judged[-1] else over
+            self._look(stamp[:seen], rows[:seen], int(over))
+            stamp, rows = stamp[over:], rows[over:]
+        self._stamp, self._rows = [stamp], [rows]
+
+    def end(self) -> None:
+        """What comes next does not follow what came before."""
+        if self._stamp:
+            stamp, rows = np.concatenate(self._stamp), np.concatenate(self._rows)
+            self._look(stamp, rows, len(stamp))
+            self._stamp, self._rows = [], []
+
+    def taken(self) -> Smoothed:
+        """What is done and was not taken before."""
+        parts = [Smoothed(np.zeros(0, dtype=np.int64), np.zeros((0, TRACK)),
+                          np.zeros((0, 2 * len(self._travel) + 1))), *self._done]
+        self._done = []
+        return Smoothed(np.concatenate([p.stamp_ns for p in parts]),
+                        np.concatenate([p.track for p in parts]),
+                        np.concatenate([p.slip for p in parts]))
+
+    def _look(self, stamp: IntArray, rows: FloatArray, count: int) -> None:
+        """Smooth the rows; the first ``count`` are done."""
+        w = len(self._travel)
+        out, rows = look_back(stamp, rows)[:count], rows[:count]
+        x, y = rows[:, WHEELS + w:WHEELS + 2 * w], rows[:, WHEELS + 2 * w:]
+        dx, dy = (out[:, VX:VY + 1] - rows[:, VX:VY + 1]).T[:, :, None]
+        moves = (rows[:, WAS_STILL] == 0.0)[:, None]
+        speed = rows[:, WHEELS:WHEELS + w] - np.where(moves, x * dx + y * dy, 0.0)
+        xx, xy, yy = out[:, TRACK:].T[:, :, None]
+        t = (np.abs(speed) - THRESHOLD) / np.sqrt(  # as output.slipping
+            x * x * xx + 2.0 * x * y * xy + y * y * yy + 25e-6)
+        slip = np.empty((count, 2 * w + 1))
+        slip[:, 0:-1:2] = speed / self._travel
+        slip[:, 1:-1:2] = 0.5 + (t * ROOT3 / (3.0 + t * t) + np.arctan(t / ROOT3)) / math.pi
+        slip[:, -1] = slip[:, 1:-1:2].max(axis=1)
+        self._done.append(Smoothed(stamp[:count].copy(), out[:, :TRACK].copy(), slip))

@@ -1,0 +1,136 @@
+"""A pass backwards over rows of the trail: every frame as later frames show it.
+
+    F  = d x-(k) / d x(j)          k: the judged frame after j, T [s] later
+    G  = P(j) F' P-(k)^-1          Rauch, Tung, Striebel 1965 for the first S = 11 states
+    d(j)   = e^(-T/2s) G (x(k) - x-(k) + d(k))           x_s(j) = x(j) + d(j)
+    P_s(j) = P(j) + e^(-T/1s) G (P_s(k) - P-(k)) G'
+
+x-, P- are what was expected of frame k before it was judged. What the other states (travel, creep,
+radii) know is left to the filter: G is the best linear guess from these 11. The exponential
+forgets: the longer ago, the less a velocity found to be wrong tells, since knocks and floors that
+no model knows come suddenly. Frames that were not judged (calm ones) take the corrections of their
+neighbours in proportion. A standstill parts what lies before it from what comes after.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.layout import BAX, BAY, BG, KG, PX, PY, VX, VY, YAW
+from mecanum_base.core.estimation.trail import (
+    FLAGS,
+    P_AFTER,
+    P_BEFORE,
+    TURN,
+    WAS_JUDGED,
+    WAS_STILL,
+    WITH_ACCEL,
+    WITH_GYRO,
+    X_BEFORE,
+    S,
+)
+from mecanum_base.core.parameter import FloatArray, IntArray
+
+FORGET = 2.0  # s
+LEAST = 1e-30  # variance of what is known exactly
+RIDGE = 1e-9  # of a correlation matrix, so that it can be inverted
+TRACK = 12  # x y yaw vx vy wz, covariance xx xy yy xyaw yyaw yawyaw
+MOVED = 5  # of the states: pose and velocity
+# covariance of the pose as above, then xx xy yy of the velocity
+_ROW = [PX, PX, PY, PX, PY, YAW, VX, VX, VY]
+_COLUMN = [PX, PY, PY, YAW, YAW, YAW, VX, VY, VY]
+
+
+def transition(row: FloatArray, later: FloatArray, T: FloatArray) -> FloatArray:
+    """F (R, S, S): change of the expected state of the frames ``later`` (R, width) with the state
+    after the frames ``row`` (R, width), T (R,) s apart."""
+    F: FloatArray = np.tile(np.eye(S), (len(row), 1, 1))
+    vx, vy, yaw = row[:, VX], row[:, VY], row[:, YAW]
+    turn = later[:, X_BEFORE + YAW] - yaw
+    c, s = np.cos(yaw + 0.5 * turn), np.sin(yaw + 0.5 * turn)
+    F[:, PX, YAW] = row[:, PY] - later[:, X_BEFORE + PY]
+    F[:, PY, YAW] = later[:, X_BEFORE + PX] - row[:, PX]
+    F[:, PX, VX], F[:, PX, VY] = c * T, -s * T
+    F[:, PY, VX], F[:, PY, VY] = s * T, c * T
+    F[:, VX, VY], F[:, VY, VX] = turn, -turn
+    gyro, accel = row[:, WITH_GYRO], row[:, WITH_ACCEL]
+    for state, change in ((BG, gyro * T), (KG, gyro * turn)):
+        F[:, YAW, state] = -change
+        F[:, VX, state] = -vy * change
+        F[:, VY, state] = vx * change
+    F[:, VX, BAX] = F[:, VY, BAY] = -accel * T
+    F[:, BAX, BAY], F[:, BAY, BAX] = accel * turn, -accel * turn
+    return F
+
+
+def gains(F: FloatArray, P: FloatArray, expected: FloatArray) -> FloatArray:
+    """G (R, S, S) from F, the covariances P after a frame and those expected of the next one."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diagonal(expected, axis1=1, axis2=2), LEAST))[:, None, :]
+    known = expected * scale * scale.swapaxes(1, 2) + RIDGE * np.eye(S)
+    G: FloatArray = np.matmul(P @ F.swapaxes(1, 2) * scale, np.linalg.inv(known)) * scale
+    return G
+
+
+@kernel
+def sweep(linked: IntArray, keep: FloatArray, G: FloatArray, change: FloatArray,
+          expected: FloatArray, shift: FloatArray, P: FloatArray) -> None:
+    """From the last frame to the first: ``shift`` (R, S) from 0, and P (R, S, S) to smoothed.
+
+    Frame i and the next one hang together where ``linked``; G, ``keep`` and ``expected`` belong
+    to the step between them, ``change`` (R, S) is x - x- of the frame itself.
+    """
+    for i in range(len(linked) - 1, -1, -1):
+        if linked[i] == 0:
+            continue
+        shift[i] = keep[i] * (G[i] @ (change[i + 1] + shift[i + 1]))
+        smooth = P[i] + (keep[i] * keep[i]) * (G[i] @ (P[i + 1] - expected[i]) @ G[i].T)
+        if np.diag(smooth).min() >= 0.0:  # else rounding
+            P[i] = 0.5 * (smooth + smooth.T)
+
+
+def look_back(stamp: IntArray, rows: FloatArray) -> FloatArray:
+    """Smooth rows (R, width) of the trail with stamps (R,) ns.
+
+    Returns (R, 15): x y yaw vx vy wz, covariance xx xy yy xyaw yyaw yawyaw of the pose and xx xy
+    yy of the velocity.
+    """
+    out = np.column_stack([rows[:, :MOVED], rows[:, TURN], _chosen(_after(rows))])
+    still = rows[:, WAS_STILL] > 0.0
+    out[still, VX:TRACK // 2] = 0.0
+    judged = np.flatnonzero(~still & (rows[:, WAS_JUDGED] > 0.0))
+    if len(judged) < 2:
+        return out
+    first, later = rows[judged[:-1]], rows[judged[1:]]
+    T = np.diff(stamp[judged]) * 1e-9
+    stands = np.cumsum(still)[judged]
+    linked = (stands[1:] == stands[:-1]).astype(np.int64)
+    P, expected = _after(rows[judged]), later[:, P_BEFORE:FLAGS].reshape(-1, S, S)
+    change = rows[judged, :S] - rows[judged, X_BEFORE:P_BEFORE]
+    shift = np.zeros(change.shape)
+    G = gains(transition(first, later, T), P[:-1], expected)
+    sweep(linked, np.exp(-T / FORGET), G, change, np.ascontiguousarray(expected), shift, P)
+    smooth = _chosen(P)
+    out[judged, :MOVED] += shift[:, :MOVED]
+    out[judged, TRACK // 2:] = smooth
+    before = np.searchsorted(judged, np.arange(len(rows)), side='right') - 1
+    calm = ~still & (rows[:, WAS_JUDGED] == 0.0) & (before >= 0) & (before < len(linked))
+    calm[calm] = linked[before[calm]] > 0
+    a = before[calm]
+    u = ((stamp[calm] - stamp[judged[a]]) / (stamp[judged[a + 1]] - stamp[judged[a]]))[:, None]
+    reached = (change + shift)[a + 1, :MOVED]
+    out[calm, :MOVED] += (1.0 - u) * shift[a, :MOVED] + u * reached
+    out[calm, TRACK // 2:] = (1.0 - u) * smooth[a] + u * smooth[a + 1]
+    return out
+
+
+def _after(rows: FloatArray) -> FloatArray:
+    """Covariances (R, S, S) after the frames, a copy."""
+    P: FloatArray = rows[:, P_AFTER:X_BEFORE].copy()
+    return P.reshape(-1, S, S)
+
+
+def _chosen(P: FloatArray) -> FloatArray:
+    """The nine columns of covariance of (R, S, S)."""
+    found: FloatArray = P[:, _ROW, _COLUMN]
+    return found
