@@ -24,15 +24,21 @@ def write_picture(path: pathlib.Path, result: DemoResult) -> None:
     figure.savefig(path, dpi=110)
 
 
-
 def _way(axes: Axes, result: DemoResult) -> None:
     for label, track, colour, width in (('truth', result.truth, TRUTH, 5.0),
                                         ('wheel-only', result.wheel_only, WHEELS, 1.6),
                                         ('fused', result.fused, FUSED, 1.6)):
         axes.plot(track.pose[:, 0], track.pose[:, 1], color=colour, linewidth=width, label=label)
-    axes.set(xlabel='x [m]', ylabel='y [m]', title='Trajectories', aspect='equal')
+    axes.set(xlabel='x [m]', ylabel='y [m]', aspect='equal')
     axes.grid(alpha=0.3)
-    axes.legend(frameon=False)
+    _legend(axes, 'Trajectories')
+
+
+def _legend(axes: Axes, title: str) -> None:
+    """Title and legend in the line above the plot, so that they hide nothing."""
+    axes.set_title(title, loc='left')
+    axes.legend(frameon=False, fontsize=9, ncols=3, loc='lower right', borderaxespad=0.1,
+                bbox_to_anchor=(1.0, 1.0), columnspacing=1.2, handlelength=1.4)
 
 
 def _error(axes: Axes, result: DemoResult) -> None:
@@ -44,8 +50,8 @@ def _error(axes: Axes, result: DemoResult) -> None:
     axes.plot(result.seconds(wheel.stamp_ns), wheel.distance, color=WHEELS, label='wheel-only')
     axes.plot(result.seconds(fused.stamp_ns), fused.distance, color=FUSED, label='fused')
     _phases(axes, result)
-    axes.set(ylabel='error [m]', title='Position error', ylim=(0, None))
-    axes.legend(frameon=False, loc='center left', fontsize=9)
+    axes.set(ylabel='error [m]', ylim=(0, None))
+    _legend(axes, 'Position error')
 
 
 def _slip(axes: Axes, result: DemoResult) -> None:
@@ -62,8 +68,8 @@ def _slip(axes: Axes, result: DemoResult) -> None:
                       transform=axes.get_xaxis_transform(), color='#c4413b', alpha=0.18,
                       linewidth=0, label='P(any wheel slips)')
     _phases(axes, result)
-    axes.set(xlabel='time [s]', ylabel='slip speed [m/s]', title='Slip', ylim=(0, None))
-    axes.legend(frameon=False, loc='center right', fontsize=9)
+    axes.set(xlabel='time [s]', ylabel='slip speed [m/s]', ylim=(0, None))
+    _legend(axes, 'Slip')
 
 
 def _phases(axes: Axes, result: DemoResult) -> None:
