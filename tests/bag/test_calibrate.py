@@ -177,7 +177,7 @@ def test_the_gyro_scale_of_the_written_file_is_the_right_one_and_fitted_no_more(
 
 def test_a_folder_that_holds_bags_serves_too(tmp_path, make):
     (tmp_path / 'runs').mkdir()
-    made = driving.drive(seed=5, seconds=24.0)
+    made = driving.drive(seed=5, seconds=40.0)
     bag_of(make, tmp_path / 'runs' / 'a.mcap', made)
     (tmp_path / 'robot.yaml').write_text(driving.YAML)
     for verb, more in (('calibrate', ['--out', str(tmp_path / 'new.yaml')]), ('doctor', [])):

@@ -1,33 +1,44 @@
 """Do wheels and gyro tell the same yaw: time offset, scale, sign, and how well they agree.
 
 Without a robot file the yaw rate is the best linear combination of the wheel rates (every rolling
-base has one); with one it is the third row of the forward matrix.
+base has one); with one it is the third row of the forward matrix. The offset is refined by
+
+    gyro(t + offset) = wheels(t) b + late * d/dt (wheels(t) b)       offset += late, until it is 0
+
+robustly, because slip would pull it, and with errors that last for seconds.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from mecanum_base.bag.analysis.clusters import LENGTH, clusters
 from mecanum_base.bag.analysis.motion import Gyro, WheelMotion
+from mecanum_base.bag.analysis.robust_fit import robust_fit
 from mecanum_base.core.parameter import FloatArray, IntArray
 
 GRID = 0.02  # s
 REACH = 0.3  # s: offsets tried
 _WINDOW = 0.1  # s of smoothing for both: encoders are coarse
-_LASTING = 1.4  # times the variance: creep lasts longer than a window (measured coverage)
+_STEP = 0.01  # s
+_ROUNDS = 4
+_SETTLED = 1e-5  # s
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class YawAgreement:
-    """``offset`` s: the gyro is late by this much; ``offset_sigma`` its standard deviation;
+    """``offset`` s: the gyro is late by this much; ``offset_sigma`` its standard deviation,
+    ``offset_half`` half the width of its interval of 90 %, both infinite where it cannot be told;
     ``scale``: gyro over wheels (1 with right geometry, NaN without a robot file); ``fit``: share
     of the gyro's variance that the wheels explain; ``turned`` rad: how much the robot turned in
     all; ``bias`` rad/s: constant part of the gyro that the wheels do not show."""
 
     offset: float
     offset_sigma: float
+    offset_half: float
     scale: float
     scale_sigma: float
     fit: float
@@ -73,7 +84,7 @@ def yaw_agreement(motion: WheelMotion, gyro: Gyro,
     base = np.column_stack([wheels, np.ones(len(wheels))])
     if np.abs(wheels).max() < 1e-6:
         return None
-    shifts = np.arange(-REACH, REACH + 1e-9, 0.01)
+    shifts = np.arange(-REACH, REACH + 1e-9, _STEP)
     left, singular, _ = np.linalg.svd(base, full_matrices=False)
     left = left[:, singular > singular[0] * 1e-9]
     targets = [on_grid(gyro.stamp_ns, integral, start, stop, origin, s)[:, 0] for s in shifts]
@@ -83,7 +94,11 @@ def yaw_agreement(motion: WheelMotion, gyro: Gyro,
     spread = float(np.sum((target - target.mean()) ** 2))
     if spread < 1e-9 or np.sqrt(spread / len(target)) < 0.02:
         return None
-    offset, sigma = _vertex(shifts, cost, best, len(target))
+    offset, sigma, half = float(shifts[best]), float('inf'), float('inf')
+    if 0 < best < len(shifts) - 1:
+        offset, sigma, half = _refined(
+            lambda at: on_grid(gyro.stamp_ns, integral, start, stop, origin, at)[:, 0],
+            left * np.sqrt(len(target)), offset)
     solved = np.linalg.lstsq(base, target, rcond=None)[0]
     rest = float(cost[best])
     scale = scale_sigma = float('nan')
@@ -92,19 +107,28 @@ def yaw_agreement(motion: WheelMotion, gyro: Gyro,
         centred = wheels[:, 0] - wheels[:, 0].mean()
         scale_sigma = float(np.sqrt(rest / len(target) * (_WINDOW / GRID)
                                     / max(float(centred @ centred), 1e-12)))
-    return YawAgreement(offset, sigma, scale, scale_sigma, 1.0 - rest / spread,
+    return YawAgreement(offset, sigma, half, scale, scale_sigma, 1.0 - rest / spread,
                         float(np.sum(np.abs(target - solved[-1])) * GRID), float(solved[-1]))
 
 
-def _vertex(shifts: FloatArray, cost: FloatArray, best: int, count: int) -> tuple[float, float]:
-    """Minimum of a parabola through the least cost, and its standard deviation."""
-    if best in (0, len(shifts) - 1):
-        return float(shifts[best]), float('inf')
-    a, b, c = cost[best - 1], cost[best], cost[best + 1]
-    curve = a - 2.0 * b + c
-    if curve <= 0.0:
-        return float(shifts[best]), float('inf')
-    step = float(shifts[1] - shifts[0])
-    variance = _LASTING * b / count * (_WINDOW / GRID)  # neighbours share a window
-    return float(shifts[best] + step * 0.5 * (a - c) / curve), float(
-        step * np.sqrt(2.0 * variance / curve))
+def _refined(rate_at: Callable[[float], FloatArray], wheels: FloatArray, offset: float,
+             ) -> tuple[float, float, float]:
+    """(offset, standard deviation, half width of 90 %) near a first guess; ``rate_at`` gives the
+    gyro's rates (K,) at an offset, ``wheels`` (K, P) what they are explained by."""
+    plain = wheels @ np.linalg.lstsq(wheels, rate_at(offset), rcond=None)[0]
+    length = min(LENGTH, len(wheels) * GRID / (2.0 * wheels.shape[1] + 4.0))
+    cluster = clusters(np.abs(plain), GRID, length)
+    fit = None
+    for _ in range(_ROUNDS):
+        rate = rate_at(offset)
+        best = wheels @ (fit.value[1:] if fit is not None
+                         else np.linalg.lstsq(wheels, rate, rcond=None)[0])
+        fit = robust_fit(np.column_stack([np.gradient(best, GRID), wheels]), rate, cluster)
+        if fit is None:
+            return offset, float('inf'), float('inf')
+        late = float(np.clip(-fit.value[0], -_STEP, _STEP))
+        offset += late
+        if abs(late) < _SETTLED:
+            break
+    assert fit is not None
+    return offset, float(fit.sigma[0]), fit.half_width(0)

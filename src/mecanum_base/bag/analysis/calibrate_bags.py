@@ -85,7 +85,7 @@ def time_offset(found: Evidence, offsets: list[Value]) -> float:
         offsets.append(refused('gyro time offset [s]', 'too little turning, or wheels and gyro '
                                'disagree'))
         return 0.0
-    half = 1.645 * agreed.offset_sigma
+    half = agreed.offset_half
     offsets.append(Value('gyro time offset [s]', agreed.offset, agreed.offset - half,
                          agreed.offset + half, 'observable'))
     return agreed.offset

@@ -22,7 +22,7 @@ import numpy as np
 from mecanum_base.bag.analysis.calibration_windows import Windows
 from mecanum_base.bag.analysis.fitted_value import LEVEL, Value, refused
 from mecanum_base.bag.analysis.imu_mount import MountFit
-from mecanum_base.bag.analysis.robust_fit import Fit, robust_fit, student
+from mecanum_base.bag.analysis.robust_fit import Fit, robust_fit
 from mecanum_base.core.kinematics.solve import body_from_wheels, parity_basis
 from mecanum_base.core.parameter import FloatArray
 
@@ -32,9 +32,8 @@ _SHARE = 0.15  # of the way must be along an axis
 _WAY = {'forward': 1.5, 'sideways': 1.5, 'turning': 6.0}  # m, m, rad
 _CLUSTERS = 4
 _CONTRADICT = 4.0  # times the usual contradiction of the wheels
-_UNMODELLED = 0.001  # standard deviation of what the model leaves out of a scale
+_UNMODELLED = 0.0003  # standard deviation of what creep, rollers and radii leave in a scale
 _GYRO_SCALE = 0.005  # standard deviation of the scale of an uncalibrated gyro
-_GYRO_AXES = 0.0009  # of its scale: 1.2 % cross-axis error of an IMU that leans by 4 deg
 _FRAME = (math.radians(5.0), 0.2)  # rad, m: how far the markers may be off
 _UNEQUAL = 0.1  # rad/m: how far unequal radii may turn a base that drives straight
 MANOEUVRE = {'forward': 'drive 3 m forward and back, twice',
@@ -78,7 +77,7 @@ def calibrate(windows: Windows, matrix: FloatArray) -> Calibration:
         for axis, name in enumerate(('forward', 'sideways', 'turning')):
             found.axes[name] = _axis_value(name, axis, fits[axis], wheels[good])
         found.held_out = held_out(part, wheels[good])
-        found.wheels = wheel_values(part, forward, found)
+        found.wheels = wheel_values(part, forward, found, fits)
         found.constants += _gyro_scale(part)
     else:
         found.axes['forward'] = refused('forward', 'no reference for distances: record a true '
@@ -185,39 +184,43 @@ def _gyro_scale(windows: Windows) -> list[Value]:
     if fit is None or fit.clusters[0] < _CLUSTERS:
         return [refused(GYRO_SCALE, 'the motion is too short')]
     value = 1.0 / float(fit.value[0])
-    return [judged(GYRO_SCALE, value, fit.half_width(0, LEVEL) * value**2,
-                   unmodelled=_GYRO_AXES)]
+    return [judged(GYRO_SCALE, value, fit.half_width(0, LEVEL) * value**2)]
 
 
-def wheel_values(windows: Windows, forward: FloatArray, found: Calibration) -> list[Value]:
-    """Radius of each wheel relative to the mean of all, after the scales of the axes.
+def wheel_values(windows: Windows, forward: FloatArray, found: Calibration,
+                 fits: list[Fit | None]) -> list[Value]:
+    """Radius of each wheel relative to the mean of all, fitted along with the scales of the axes
+    and the frame of the reference.
 
-    reference - s B dphi = s B diag(dphi) e,  sum e = 0; and the parity of the wheels themselves.
+    reference - s B dphi = s B diag(dphi) e + ds B dphi + frame,   sum e = 0
     """
     if not all(found.axes[name].given for name in ('forward', 'sideways', 'turning')):
         return []
     count = forward.shape[1]
-    scale = np.array([found.scale(n) for n in ('forward', 'sideways', 'turning')])
     contrast = np.linalg.svd(np.ones((1, count)))[2][1:].T  # (W, W - 1), columns sum to 0
-    rows, rest, group = [], [], []
-    plain = windows.moved - windows.wheel @ forward.T * scale
-    for axis in range(3):
-        design = (windows.wheel * (scale[axis] * forward[axis])) @ contrast
-        size = max(1.4826 * float(np.median(np.abs(plain[:, axis]))), 1e-9)
-        rows.append(design / size)
-        rest.append(plain[:, axis] / size)
-        group.append(windows.cluster)
-    fit = robust_fit(np.concatenate(rows), np.concatenate(rest), np.concatenate(group))
+    wheels = windows.wheel @ forward.T
+    x, y, w = wheels.T
+    none = np.zeros(len(x))
+    frame = np.array([[-y, none, -w], [x, w, none], [none, none, none]])  # angle, place x and y
+    rows, rest = [], []
+    for axis, fit in enumerate(fits):
+        assert fit is not None
+        scale = float(fit.value[0])
+        own = np.zeros((len(x), 3))
+        own[:, axis] = wheels[:, axis]
+        design = np.column_stack([(windows.wheel * (scale * forward[axis])) @ contrast, own,
+                                  frame[axis].T])
+        rows.append(design / fit.scale)
+        rest.append((windows.moved[:, axis] - scale * wheels[:, axis]) / fit.scale)
+    spread = np.full(count + 5, np.inf)
+    spread[-3:] = _FRAME[0], _FRAME[1], _FRAME[1]
+    fit = robust_fit(np.concatenate(rows), np.concatenate(rest), np.tile(windows.cluster, 3),
+                     np.zeros(count + 5), spread)
     if fit is None:
         return []
-    value = contrast @ fit.value
-    spread = np.sqrt(np.diag(contrast @ fit.covariance @ contrast.T)) * student(
-        LEVEL, int(fit.clusters.min()) - 1)
-    spread = np.hypot(spread, 1.645 * _UNMODELLED)
-    return [Value(f'wheel {i}', float(1.0 + value[i]), float(1.0 + value[i] - spread[i]),
-                  float(1.0 + value[i] + spread[i]), 'observable') if spread[i] < WIDEST
-            else refused(f'wheel {i}', f'too uncertain: {1 + value[i]:.3f} +- {spread[i]:.3f}')
-            for i in range(count)]
+    along = np.hstack([contrast, np.zeros((count, 6))])
+    return [judged(f'wheel {i}', 1.0 + float(row @ fit.value), fit.half_width_along(row, LEVEL))
+            for i, row in enumerate(along)]
 
 
 def held_out(windows: Windows, wheels: FloatArray, folds: int = 4) -> dict[str, float]:

@@ -1,25 +1,28 @@
 """Windows of motion for the calibration: what the wheels say and what the reference says.
 
-A window is half a second. Its reference motion is given along the body axes, the chord of an arc
-stretched back to the arc, so that a perfect base has reference = wheels in every window.
+A window is half a second. Its reference motion is the sum of short steps, each turned into the
+body axes of its middle, as the wheels see it: a base may turn while it goes straight on in the
+world, which is another way along its axes than an arc between the same poses.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mecanum_base.bag.analysis.agreement import yaw_integral
+from mecanum_base.bag.analysis.clusters import clusters
 from mecanum_base.bag.analysis.drift import Track, at_stamps, has_heading
 from mecanum_base.bag.analysis.imu_checks import resting_at
 from mecanum_base.bag.analysis.motion import Gyro, WheelMotion
 from mecanum_base.core.parameter import FloatArray, IntArray
 
 WINDOW = 0.5  # s
-CLUSTER = 8  # windows whose errors are taken as dependent (4 s: slip and creep last that long)
+_STEPS = 20  # of the reference in a window
+_SHORTEST = 16  # windows
+_AROUND = 0.1  # s, the speed at an edge is told from this much before to this much after
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +57,7 @@ def windows_of(motion: WheelMotion, truth: Track | None, gyro: Gyro | None, up: 
         start = max(start, int(gyro.stamp_ns[0]) - late)
         stop = min(stop, int(gyro.stamp_ns[-1]) - late)
     edges = np.arange(start, stop, int(WINDOW * 1e9))
-    if len(edges) < 2 * CLUSTER:
+    if len(edges) < _SHORTEST:
         return None
     at = (edges - int(motion.stamp_ns[0])) / 1e9
     angle = np.column_stack([np.interp(at, motion.seconds, c) for c in motion.angle.T])
@@ -65,21 +68,32 @@ def windows_of(motion: WheelMotion, truth: Track | None, gyro: Gyro | None, up: 
     turned = np.full(count, np.nan)
     if gyro is not None:
         turned = _turned(gyro, motion, up, edges, late)
-    index = np.arange(count)
-    return Windows(np.diff(angle, axis=0), moved, turned, index // CLUSTER,
-                   np.zeros(count, dtype=np.int64))
+    return Windows(np.diff(angle, axis=0), moved, turned,
+                   clusters(_speed(motion, at[:-1]), WINDOW), np.zeros(count, dtype=np.int64))
+
+
+def _speed(motion: WheelMotion, at: FloatArray) -> FloatArray:
+    """How much all wheels turn around each instant (K,)."""
+    found: FloatArray = np.zeros(len(at))
+    for column in motion.angle.T:
+        found += np.abs(np.interp(at + _AROUND, motion.seconds, column)
+                        - np.interp(at - _AROUND, motion.seconds, column))
+    return found
 
 
 def _moved(truth: Track, edges: IntArray) -> FloatArray:
-    pose = at_stamps(truth, edges)
-    step = np.diff(pose, axis=0)
+    count = len(edges) - 1
     if not has_heading(truth, 1.0):
-        return np.full(step.shape, np.nan)
+        return np.full((count, 3), np.nan)
+    part = np.arange(_STEPS) * (int(WINDOW * 1e9) // _STEPS)
+    pose = at_stamps(truth, np.append((edges[:-1, None] + part).reshape(-1), edges[-1]))
+    step = np.diff(pose, axis=0)
     middle = pose[:-1, 2] + step[:, 2] / 2.0
-    chord = np.sinc(step[:, 2] / (2.0 * math.pi))
     c, s = np.cos(middle), np.sin(middle)
-    return np.column_stack([(c * step[:, 0] + s * step[:, 1]) / chord,
-                            (-s * step[:, 0] + c * step[:, 1]) / chord, step[:, 2]])
+    body = np.column_stack([c * step[:, 0] + s * step[:, 1], -s * step[:, 0] + c * step[:, 1],
+                            step[:, 2]])
+    found: FloatArray = body.reshape(count, _STEPS, 3).sum(axis=1)
+    return found
 
 
 def _turned(gyro: Gyro, motion: WheelMotion, up: FloatArray, edges: IntArray,

@@ -12,7 +12,7 @@ from mecanum_base.bag.analysis.drift import Track, has_heading
 from mecanum_base.bag.analysis.evidence import Evidence
 from mecanum_base.bag.analysis.fitted_value import Value
 from mecanum_base.bag.analysis.imu_levels import level_of, stops_of, turns_of
-from mecanum_base.bag.analysis.imu_mount import MountFit, level_turns, yaw_turn
+from mecanum_base.bag.analysis.imu_mount import SHEAR, MountFit, level_turns, yaw_turn
 from mecanum_base.bag.analysis.imu_pushes import Pushes, pushes_of, wheel_track
 from mecanum_base.bag.analysis.motion import Gyro
 from mecanum_base.core.kinematics.solve import body_from_wheels
@@ -42,7 +42,7 @@ def mount_fit(evidences: list[Evidence], late: list[float], matrix: FloatArray) 
         track = wheel_track(evidence.motion, matrix, gyro, late_ns)
         found = pushes_of(track, gyro, lever, late_ns)
         parts += [found] if found is not None else []
-    turns['z'] = yaw_turn(parts, 'wheels')
+    turns['z'] = yaw_turn(parts, 'wheels', SHEAR)
     if not turns['z'].given:
         other = _from_truth(pairs, rotated, lever, levelled[2], matrix)
         turns['z'] = other if other is not None and other.given else turns['z']
@@ -66,10 +66,14 @@ def _from_truth(pairs: list[tuple[Evidence, float]], rotated: list[Gyro], lever:
     whole = together(windows)
     good = np.isfinite(whole.moved).all(axis=1)
     whole = whole.where(good)
-    fit = axis_fits(whole, whole.wheel @ body_from_wheels(matrix).T)[0]
-    if fit is None:
+    fits = [fit for fit in axis_fits(whole, whole.wheel @ body_from_wheels(matrix).T)[:2]
+            if fit is not None]
+    if not fits:
         return None
-    angle = math.atan2(float(fit.value[1]), float(fit.value[0]))
+    # unequal radii turn the ways forward and sideways oppositely
+    angle = float(np.mean([math.atan2(float(f.value[1]), float(f.value[0])) for f in fits]))
+    sigma = float(np.linalg.norm([f.sigma[1] / abs(f.value[0]) for f in fits])) / len(fits)
+    sigma = math.hypot(sigma, SHEAR if len(fits) == 1 else 0.0)
     parts: list[Pushes] = []
     for evidence, gyro, offset in chosen:
         truth = evidence.truth
@@ -77,4 +81,4 @@ def _from_truth(pairs: list[tuple[Evidence, float]], rotated: list[Gyro], lever:
         track = Track(truth.stamp_ns, truth.pose + np.array([0.0, 0.0, angle]))
         found = pushes_of(track, gyro, lever, int(offset * 1e9))
         parts += [found] if found is not None else []
-    return yaw_turn(parts, 'true pose', float(fit.sigma[1] / abs(fit.value[0])))
+    return yaw_turn(parts, 'true pose', 0.0, sigma)

@@ -20,7 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mecanum_base.bag.analysis.agreement import yaw_integral
-from mecanum_base.bag.analysis.calibration_windows import CLUSTER, WINDOW
+from mecanum_base.bag.analysis.calibration_windows import WINDOW
+from mecanum_base.bag.analysis.clusters import clusters
 from mecanum_base.bag.analysis.imu_checks import GRAVITY, resting_at
 from mecanum_base.bag.analysis.motion import Gyro, WheelMotion
 from mecanum_base.bag.analysis.robust_fit import robust_fit
@@ -94,7 +95,9 @@ def turns_of(gyro: Gyro, motion: WheelMotion) -> Turns:
     bias = gyro.rate[rest].mean(axis=0) if rest.sum() >= 20 else np.median(gyro.rate, axis=0)
     whole = axis_integrals(gyro)
     angle = np.column_stack([np.diff(np.interp(edges, seconds, whole[:, i])) for i in range(3)])
-    return Turns(angle - bias * WINDOW, np.arange(len(edges) - 1) // CLUSTER)
+    angle -= bias * WINDOW
+    speed = np.abs(np.concatenate((angle[:1, 2], angle[1:, 2] + angle[:-1, 2])))
+    return Turns(angle, clusters(speed, WINDOW))
 
 
 def level_of(stops: list[Stops], turns: list[Turns]) -> tuple[Level | None, str]:

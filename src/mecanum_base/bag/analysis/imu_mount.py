@@ -1,13 +1,14 @@
 """Mounting of the IMU: the small turn between the axes of the robot file and those of the base.
 
     base_from_sensor = Rz(psi) T base_from_sensor(file)      T levels: T (q_x, q_y, 1) ~ z
-    felt = c told + d J told + e Rz(-psi) diag(1, -1) told + b + Rz(-heading) f
+    felt = c told + d J told + Rz(-psi) (e diag(1, -1) + k S) told + b + Rz(-heading) f
     psi = psi_0 + atan2(d, c)
 
-J turns by -90 deg; e (another lateral than forward scale of the wheels), b (zero-g) and f (slope
-of the floor), both a bag, are fitted along. ``told`` comes from the wheels, which define what is
-forward, or from a true pose turned by the angle of its markers. Slip is met by the robust fit.
-Given only where excited.
+J turns by -90 deg, S swaps x and y; e (another lateral than forward scale), k (unequal
+radii: diagonals that differ shear the way), b (zero-g) and f (slope of the floor), both a bag, are
+fitted along. Pushes along one axis only cannot tell k from psi. ``told`` comes from the wheels,
+which define what is forward, or from a true pose turned by the angle of its markers. Slip is met
+by the robust fit. Given only where excited.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ _UNEQUAL = 0.1  # standard deviation of the lateral against the forward scale
 _SLOPE = 0.1  # m/s2 of gravity along the floor, standard deviation (0.6 deg)
 _SHARE = 0.05  # of an acceleration that the wheels may tell wrongly: creep, load
 _LEAST_PUSH = 0.05  # m/s2 rms
-_UNMODELLED = 0.003  # rad: radii that differ by 0.6 % turn the way of the wheels as much
+SHEAR = 0.005  # standard deviation of k: radii that differ by 1 %
 _CLUSTERS = 4
 _ROUNDS = 3
 
@@ -88,9 +89,9 @@ def level_turns(level: Level | None, missing: str) -> dict[str, Value]:
             for axis, (value, sigma) in pairs.items()}
 
 
-def yaw_turn(parts: list[Pushes], source: str, sigma: float = 0.0) -> Value:
-    """The turn about z from all recordings together; ``sigma`` rad: how well the heading of
-    ``told`` is known."""
+def yaw_turn(parts: list[Pushes], source: str, shear: float, sigma: float = 0.0) -> Value:
+    """The turn about z from all recordings together; standard deviations: ``shear`` of what is
+    told, ``sigma`` rad of its heading."""
     name = NAMES['z']
     if not parts:
         return refused(name, 'no accelerometer, or less than 2 s of it together with the wheels')
@@ -107,7 +108,8 @@ def yaw_turn(parts: list[Pushes], source: str, sigma: float = 0.0) -> Value:
         return refused(name, f'{source}: accelerations of {size:.2f} m/s2 rms only: {BRISKLY}')
     psi, fit = 0.0, None
     for _ in range(_ROUNDS):
-        fit = _fitted(told, felt, np.concatenate(cluster), bag, heading, psi)
+        fit = _fitted(told, felt, np.concatenate(cluster), bag, heading, psi,
+                      shear)
         if fit is None or fit.clusters[0] < _CLUSTERS:
             return refused(name, f'the accelerations are too few or all in one go: {BRISKLY}')
         psi += math.atan2(float(fit.value[1]), float(fit.value[0]))
@@ -117,29 +119,32 @@ def yaw_turn(parts: list[Pushes], source: str, sigma: float = 0.0) -> Value:
         return refused(name, f'the accelerometer shows {scale:.2f} of the acceleration of the '
                        f'{source} (slip, a wrong unit, vibration or too little of it): {BRISKLY}')
     half = fit.half_width(1, LEVEL) / scale
-    half = math.hypot(half, 1.645 * math.hypot(sigma, _UNMODELLED))
+    half = math.hypot(half, 1.645 * sigma)
     return _judged('z', math.remainder(psi, math.tau), half, f'accelerometer against {source}')
 
 
 def _fitted(told: FloatArray, felt: FloatArray, cluster: FloatArray, bag: FloatArray,
-            heading: FloatArray, psi: float) -> Fit | None:
-    """c, d, e, offsets and slopes for ``told`` turned by -psi."""
+            heading: FloatArray, psi: float, shear: float) -> Fit | None:
+    """c, d, e, k, offsets and slopes for ``told`` turned by -psi."""
     c, s = math.cos(psi), math.sin(psi)
     back = np.array([[c, s], [-s, c]])  # Rz(-psi)
     seen = told @ back.T
-    uneven = (told * [1.0, -1.0]) @ back.T
+    odd = np.column_stack([(told * [1.0, -1.0]) @ back.T, told[:, ::-1] @ back.T])
+    if shear == 0.0:
+        odd = odd[:, :2]
+    first = 2 + odd.shape[1] // 2  # of the offsets
     bags = int(bag.max()) + 1
     here = (bag[:, None] == np.arange(bags)).astype(float)
     none = np.zeros_like(here)
     along, across = here * np.cos(heading)[:, None], here * np.sin(heading)[:, None]
     design = np.concatenate([
-        np.column_stack([seen[:, 0], seen[:, 1], uneven[:, 0], here, none, along, across]),
-        np.column_stack([seen[:, 1], -seen[:, 0], uneven[:, 1], none, here, -across, along])])
+        np.column_stack([seen[:, 0], seen[:, 1], odd[:, ::2], here, none, along, across]),
+        np.column_stack([seen[:, 1], -seen[:, 0], odd[:, 1::2], none, here, -across, along])])
     prior = np.zeros(design.shape[1])
     prior[0] = 1.0
     spread = np.full(design.shape[1], np.inf)
-    spread[2] = _UNEQUAL
-    spread[3 + 2 * bags:] = _SLOPE
+    spread[2:first] = (_UNEQUAL, shear)[:first - 2]
+    spread[first + 2 * bags:] = _SLOPE
     weight = np.tile(1.0 / _noise(told, felt, here), 2)
     return robust_fit(design * weight[:, None], felt.T.reshape(-1) * weight,
                       np.concatenate([cluster, cluster]), prior, spread)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mecanum_base.bag.analysis.clusters import clusters
 from mecanum_base.bag.analysis.drift import Track, at_stamps
 from mecanum_base.bag.analysis.imu_checks import resting_at
 from mecanum_base.bag.analysis.imu_levels import axis_integrals
@@ -24,7 +25,8 @@ from mecanum_base.core.parameter import FloatArray, IntArray
 
 SPAN = 0.2  # s, W
 _STEP = 0.1  # s between windows
-_CLUSTER = 2.0  # s of dependent errors: one start or stop
+_ARM = 0.2  # m: what a radian counts
+_SHORTEST = 2.0  # s
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,7 +81,7 @@ def pushes_of(track: Track, gyro: Gyro, lever: FloatArray, late_ns: int) -> Push
     start = max(int(stamp[0]), int(track.stamp_ns[0])) + int(SPAN * 1e9)
     stop = min(int(stamp[-1]), int(track.stamp_ns[-1])) - int(SPAN * 1e9)
     grid = np.arange(start, stop, int(_STEP * 1e9), dtype=np.int64)
-    if len(grid) < _CLUSTER / _STEP:
+    if len(grid) < _SHORTEST / _STEP:
         return None
     pose = at_stamps(track, grid)
     told = _second([_place(at_stamps(track, grid + d), lever) for d in _around()])
@@ -92,7 +94,8 @@ def pushes_of(track: Track, gyro: Gyro, lever: FloatArray, late_ns: int) -> Push
                                      for column in twice.T]) for d in _around()])
     told, felt = _turned(told, -pose[:, 2]), _turned(felt, -pose[:, 2])
     keep = np.isfinite(told).all(axis=1) & np.isfinite(felt).all(axis=1)
-    cluster = ((grid - start) / 1e9 // _CLUSTER).astype(np.int64)
+    around = at_stamps(track, grid + _around()[2]) - at_stamps(track, grid + _around()[0])
+    cluster = clusters(np.linalg.norm(around * [1.0, 1.0, _ARM], axis=1), _STEP)
     return Pushes(told[keep], felt[keep], pose[keep, 2], cluster[keep])
 
 
