@@ -13,7 +13,7 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from mecanum_base.core.errors import BagError
 from mecanum_base.core.estimation.output import TWIST
 from mecanum_base.core.estimation.smoother import Smoothed
 from mecanum_base.core.estimation.stretch import Rows
+from mecanum_base.core.parameter import FloatArray, IntArray
 from mecanum_base.core.records import Estimate
 from mecanum_base.intake import Intake
 from mecanum_base.robot import Robot
@@ -102,6 +103,15 @@ class Sink(Protocol):
         """No more estimates come."""
 
 
+@runtime_checkable
+class RowSink(Sink, Protocol):
+    """A sink that takes many estimates at once, as rows; see TrackWriter."""
+
+    def write_rows(self, stamp_ns: IntArray, track: FloatArray, slip: FloatArray,
+                   predicted: IntArray) -> None:
+        """Take rows: (N,), (N, 12), (N, 2 W + 1), (N,)."""
+
+
 def replay(paths: list[str], robot: Robot, out: str | os.PathLike[str], topics: Topics,
            step: Step | None = None) -> Replayed:
     """Replay the recording ``paths`` into files in the folder ``out``; see :func:`replay_into`."""
@@ -160,7 +170,7 @@ class _Output:
         estimates: tuple[Estimate, ...] = ()
         if not isinstance(found, Rows):
             estimates = found
-        elif isinstance(self._sink, TrackWriter):
+        elif isinstance(self._sink, RowSink):
             self._flush()
             self._behind.do(functools.partial(
                 self._sink.write_rows, found.stamp_ns, found.track(), found.slip(),

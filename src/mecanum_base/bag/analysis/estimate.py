@@ -24,28 +24,39 @@ _LOST = 0.05  # m of slip in one episode worth a warning
 
 @dataclass(slots=True)
 class Columns:
-    """A sink that keeps pose, covariance and slip of every estimate."""
+    """A sink that keeps pose, covariance and slip of every estimate, by rows where they come so.
 
-    stamp: list[int] = field(default_factory=list)
-    pose: list[FloatArray] = field(default_factory=list)
-    sigma: list[tuple[float, float]] = field(default_factory=list)
-    slip: list[FloatArray] = field(default_factory=list)
-    probability: list[FloatArray] = field(default_factory=list)
-    body: list[float] = field(default_factory=list)
+    A row is (x y yaw, rms position, sigma of yaw, slip rate and probability of each wheel in turn,
+    probability of the body).
+    """
+
+    stamps: list[IntArray] = field(default_factory=list)
+    rows: list[FloatArray] = field(default_factory=list)
 
     def write(self, estimate: Estimate) -> None:
         """Keep one estimate."""
-        self.stamp.append(estimate.stamp_ns)
-        self.pose.append(np.array(estimate.pose))
-        spread = estimate.pose_covariance
-        self.sigma.append((float(np.sqrt(max(spread[0, 0] + spread[1, 1], 0.0))),
-                           float(np.sqrt(max(spread[2, 2], 0.0)))))
-        self.slip.append(np.array(estimate.slip.rate))
-        self.probability.append(np.array(estimate.slip.probability))
-        self.body.append(estimate.slip.body_probability)
+        cov, slip = estimate.pose_covariance, estimate.slip
+        pairs = np.column_stack([slip.rate, slip.probability]).reshape(-1)
+        self.stamps.append(np.array([estimate.stamp_ns], dtype=np.int64))
+        self.rows.append(np.concatenate([
+            estimate.pose, _spread(cov[0, 0] + cov[1, 1], cov[2, 2]), pairs,
+            [slip.body_probability]])[None])
+
+    def write_rows(self, stamp_ns: IntArray, track: FloatArray, slip: FloatArray,
+                   predicted: IntArray) -> None:
+        """Keep many at once, in the columns of TrackWriter."""
+        self.stamps.append(stamp_ns.copy())
+        self.rows.append(np.column_stack([
+            track[:, :3], _spread(track[:, 6] + track[:, 8], track[:, 11]).T, slip]))
 
     def close(self) -> None:
         """Nothing to do."""
+
+
+def _spread(position: Any, yaw: Any) -> FloatArray:
+    """Standard deviations (2, ...) of variances."""
+    found: FloatArray = np.sqrt(np.maximum(np.array([position, yaw]), 0.0))
+    return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,12 +89,12 @@ def estimated(paths: list[str], robot: Robot, topics: Topics,
     """Run the estimator of the odometry node; None where it gives no estimate."""
     columns = Columns()
     done = replay_into(paths, robot, lambda: columns, topics, step)
-    if not columns.stamp:
+    if not sum(map(len, columns.rows)):
         return None
+    table = np.concatenate(columns.rows)
     return EstimatedTrack(
-        Track(np.array(columns.stamp, dtype=np.int64), np.array(columns.pose)),
-        np.array(columns.sigma), np.array(columns.slip), np.array(columns.probability),
-        np.array(columns.body),
+        Track(np.concatenate(columns.stamps), table[:, :3]), table[:, 3:5], table[:, 5:-1:2],
+        table[:, 6:-1:2], table[:, -1],
         tuple(episode_of(e, robot.base.joint) for e in done.intake.estimator.episodes),
         dataclasses.replace(done.intake.health, notes=done.intake.estimator.health.notes),
         done.course.path, done.intake.command_watch.strayed)
