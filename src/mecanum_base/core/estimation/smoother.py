@@ -2,7 +2,7 @@
 
 Slip follows from the smoothed velocity v_s (:mod:`.smoothing`):
 
-    s_i <- s_i - A_i (v_s - v)        sigma_i^2 = A_i P_v A_i' + (5 mm/s)^2
+    s_i <- s_i - A_i (v_s - v)        sigma_i^2 = A_i P_v A_i' + (5 mm/s)^2    A_i y by 1 + ky
 
 A given pose and a restart end a piece: nothing that comes later changes what lies before. Where
 the pieces end depends on the stamps of the rows only, not on how the rows come.
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mecanum_base.core.estimation.layout import VX, VY
+from mecanum_base.core.estimation.layout import KY, VX, VY
 from mecanum_base.core.estimation.output import ROOT3, THRESHOLD
 from mecanum_base.core.estimation.smoothing import TRACK, look_back
 from mecanum_base.core.estimation.trail import WAS_JUDGED, WAS_STILL, WHEELS
@@ -84,7 +84,8 @@ class Smoother:
         """Smooth the rows; the first ``count`` are done."""
         w = len(self._travel)
         out, rows = look_back(stamp, rows)[:count], rows[:count]
-        x, y = rows[:, WHEELS + w:WHEELS + 2 * w], rows[:, WHEELS + 2 * w:]
+        x = rows[:, WHEELS + w:WHEELS + 2 * w]
+        y = rows[:, WHEELS + 2 * w:] * (1.0 + rows[:, KY:KY + 1])
         dx, dy = (out[:, VX:VY + 1] - rows[:, VX:VY + 1]).T[:, :, None]
         moves = (rows[:, WAS_STILL] == 0.0)[:, None]
         speed = rows[:, WHEELS:WHEELS + w] - np.where(moves, x * dx + y * dy, 0.0)

@@ -38,8 +38,9 @@ RIDGE = 1e-9  # of a correlation matrix, so that it can be inverted
 TRACK = 12  # x y yaw vx vy wz, covariance xx xy yy xyaw yyaw yawyaw
 MOVED = 5  # of the states: pose and velocity
 # covariance of the pose as above, then xx xy yy of the velocity
-_ROW = [PX, PX, PY, PX, PY, YAW, VX, VX, VY]
-_COLUMN = [PX, PY, PY, YAW, YAW, YAW, VX, VY, VY]
+_ROW = np.array([PX, PX, PY, PX, PY, YAW, VX, VX, VY])
+_COLUMN = np.array([PX, PY, PY, YAW, YAW, YAW, VX, VY, VY])
+_CHOSEN = P_AFTER + S * _ROW + _COLUMN
 
 
 def transition(row: FloatArray, later: FloatArray, T: FloatArray) -> FloatArray:
@@ -73,20 +74,15 @@ def gains(F: FloatArray, P: FloatArray, expected: FloatArray) -> FloatArray:
 
 
 @kernel
-def sweep(linked: IntArray, keep: FloatArray, G: FloatArray, change: FloatArray,
-          expected: FloatArray, shift: FloatArray, P: FloatArray) -> None:
-    """From the last frame to the first: ``shift`` (R, S) from 0, and P (R, S, S) to smoothed.
+def sweep(G: FloatArray, shift: FloatArray, P: FloatArray) -> None:
+    """From the last frame but one to the first: d(j) <- d(j) + G d(k), P(j) <- P(j) + G P(k) G'.
 
-    Frame i and the next one hang together where ``linked``; G, ``keep`` and ``expected`` belong
-    to the step between them, ``change`` (R, S) is x - x- of the frame itself.
+    G (R - 1, S, S) belongs to the steps between the frames; d (R, S) is ``shift``.
     """
-    for i in range(len(linked) - 1, -1, -1):
-        if linked[i] == 0:
-            continue
-        shift[i] = keep[i] * (G[i] @ (change[i + 1] + shift[i + 1]))
-        smooth = P[i] + (keep[i] * keep[i]) * (G[i] @ (P[i + 1] - expected[i]) @ G[i].T)
-        if np.diag(smooth).min() >= 0.0:  # else rounding
-            P[i] = 0.5 * (smooth + smooth.T)
+    for i in range(len(G) - 1, -1, -1):
+        g = G[i]
+        shift[i] += g @ shift[i + 1]
+        P[i] += g @ P[i + 1] @ g.T
 
 
 def look_back(stamp: IntArray, rows: FloatArray) -> FloatArray:
@@ -95,27 +91,33 @@ def look_back(stamp: IntArray, rows: FloatArray) -> FloatArray:
     Returns (R, 15): x y yaw vx vy wz, covariance xx xy yy xyaw yyaw yawyaw of the pose and xx xy
     yy of the velocity.
     """
-    out = np.column_stack([rows[:, :MOVED], rows[:, TURN], _chosen(_after(rows))])
+    out = np.column_stack([rows[:, :MOVED], rows[:, TURN], rows[:, _CHOSEN]])
     still = rows[:, WAS_STILL] > 0.0
     out[still, VX:TRACK // 2] = 0.0
     judged = np.flatnonzero(~still & (rows[:, WAS_JUDGED] > 0.0))
     if len(judged) < 2:
         return out
-    first, later = rows[judged[:-1]], rows[judged[1:]]
+    used = rows[judged]
     T = np.diff(stamp[judged]) * 1e-9
     stands = np.cumsum(still)[judged]
-    linked = (stands[1:] == stands[:-1]).astype(np.int64)
-    P, expected = _after(rows[judged]), later[:, P_BEFORE:FLAGS].reshape(-1, S, S)
-    change = rows[judged, :S] - rows[judged, X_BEFORE:P_BEFORE]
+    linked = stands[1:] == stands[:-1]
+    P, expected = _after(used), used[1:, P_BEFORE:FLAGS].reshape(-1, S, S)
+    change = used[:, :S] - used[:, X_BEFORE:P_BEFORE]
+    G = gains(transition(used[:-1], used[1:], T), P[:-1], expected)
+    G *= (linked * np.exp(-T / FORGET))[:, None, None]
     shift = np.zeros(change.shape)
-    G = gains(transition(first, later, T), P[:-1], expected)
-    sweep(linked, np.exp(-T / FORGET), G, change, np.ascontiguousarray(expected), shift, P)
-    smooth = _chosen(P)
+    shift[:-1] = np.matmul(G, change[1:, :, None])[:, :, 0]
+    smooth = P.copy()
+    smooth[:-1] -= G @ expected @ G.swapaxes(1, 2)
+    sweep(G, shift, smooth)
+    rounded = np.diagonal(smooth, axis1=1, axis2=2).min(axis=1) < 0.0
+    smooth[rounded] = P[rounded]
+    smooth = _chosen(smooth)
     out[judged, :MOVED] += shift[:, :MOVED]
     out[judged, TRACK // 2:] = smooth
     before = np.searchsorted(judged, np.arange(len(rows)), side='right') - 1
     calm = ~still & (rows[:, WAS_JUDGED] == 0.0) & (before >= 0) & (before < len(linked))
-    calm[calm] = linked[before[calm]] > 0
+    calm[calm] = linked[before[calm]]
     a = before[calm]
     u = ((stamp[calm] - stamp[judged[a]]) / (stamp[judged[a + 1]] - stamp[judged[a]]))[:, None]
     reached = (change + shift)[a + 1, :MOVED]
@@ -125,9 +127,9 @@ def look_back(stamp: IntArray, rows: FloatArray) -> FloatArray:
 
 
 def _after(rows: FloatArray) -> FloatArray:
-    """Covariances (R, S, S) after the frames, a copy."""
-    P: FloatArray = rows[:, P_AFTER:X_BEFORE].copy()
-    return P.reshape(-1, S, S)
+    """Covariances (R, S, S) after the frames."""
+    P: FloatArray = rows[:, P_AFTER:X_BEFORE].reshape(-1, S, S)
+    return P
 
 
 def _chosen(P: FloatArray) -> FloatArray:

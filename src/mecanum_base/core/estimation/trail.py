@@ -8,7 +8,7 @@ next to nothing, and the odometry is the same either way.
 A row holds the first S = 11 states x and their covariance P after the frame, the same before it
 (x-, P-; only where the frame was judged), flags, and for every wheel what its slip needs:
 
-    x (S) | P (S, S) | x- (S) | P- (S, S) | flags | slip speed (W) m/s | A_x (W) | A_y (1 + ky) (W)
+    x (S) | P (S, S) | x- (S) | P- (S, S) | flags | slip speed (W) m/s | A_x (W) | A_y (W)
 
 The pose is that of the filter, without the gap to what was published.
 """
@@ -24,7 +24,6 @@ from mecanum_base.core.estimation.layout import (
     HAVE_ACCEL,
     HAVE_GYRO,
     JUDGED,
-    KY,
     LAST_FRAME,
     REEL_COUNT,
     REEL_ROWS,
@@ -74,8 +73,7 @@ def mark(memory: Memory) -> None:
     row[WITH_ACCEL] = m[HAVE_ACCEL]
     row[TURN] = m[WZ]
     row[WHEELS:WHEELS + w] = memory.wheel[SLIP]
-    row[WHEELS + w:WHEELS + 2 * w] = rows[:, 0]
-    row[WHEELS + 2 * w:WHEELS + 3 * w] = rows[:, 1] * (1.0 + memory.x[KY])
+    row[WHEELS + w:WHEELS + 3 * w].reshape((2, w))[:, :] = rows[:, :2].T
     memory.trail_ns[count] = now
     memory.reel[REEL_ROWS] = count + 1
 
