@@ -8,7 +8,7 @@ Stamps are integer nanoseconds. Arrays are float64; W is the number of wheels in
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Union
+from typing import NamedTuple, Union
 
 from mecanum_base.core.parameter import FloatArray, IntArray
 
@@ -80,8 +80,7 @@ class ResetSample:
 Sample = Union[WheelSample, TickSample, ImuSample, CommandSample, PoseSample, ResetSample]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SlipEstimate:
+class SlipEstimate(NamedTuple):
     """Slip of every wheel and of the body at one stamp.
 
     ``rate`` (W,) rad/s: wheel rate minus rolling-consistent rate; ``angle`` (W,) rad: its
@@ -100,8 +99,7 @@ class SlipEstimate:
     twist_covariance: FloatArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Estimate:
+class Estimate(NamedTuple):
     """Odometry at one stamp: pose (3,) in odom, twist (3,) in base_link, covariances (3, 3).
 
     ``source`` is ``encoder`` where the stamp is that of an encoder sample, else ``predicted``.

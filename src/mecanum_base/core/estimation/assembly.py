@@ -99,6 +99,7 @@ def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: Estimat
         rest_window=0.25, rest_travel=cells(1.5 * np.maximum(count, FINEST)),
         rest_gyro=0.02, rest_accel=0.25,
         ratio_window=0.5, ratio_travel=0.05,
+        unit=np.eye(K + 3 * base.count),
         inverse=cells(np.array(np.linalg.pinv(rolling_rows(base)), dtype=np.float64)),
         carriers=(carrier_table(base) if isinstance(base, Carriers) else np.zeros((4, 0))),
     )
@@ -149,7 +150,8 @@ def memory_of(base: Base, model: Model, tuning: EstimatorConfig) -> Memory:
     kept_ns = np.zeros((SLOTS, 4), dtype=np.int64)
     kept_ns[:, 1] = -TAPE - 1
     return Memory(
-        x=x, s=cells(x), P=P, m=cells(m), clock=cells(np.zeros(CLOCK_SIZE, dtype=np.int64)),
+        x=x, s=cells(x), P=P, variance=P.reshape(-1)[::n + 1], m=cells(m),
+        clock=cells(np.zeros(CLOCK_SIZE, dtype=np.int64)),
         rows=rows, axis=cells(rows), hinge=hinge, mode=mode, wheel=wheel, each=cells(wheel),
         slope=cells(slope), past=cells(past), row=row, entry=cells(row), block=cells(block),
         store=store, kept=np.zeros((SLOTS, len(store))),

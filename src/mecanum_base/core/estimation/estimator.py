@@ -21,6 +21,7 @@ from mecanum_base.core.estimation.layout import (
     HAVE_ACCEL,
     HAVE_GYRO,
     JITTER,
+    NOW,
     PX,
     SLIP,
     STEP,
@@ -199,7 +200,8 @@ class Estimator:
 
     def _process(self, sample: Sample, found: list[Estimate]) -> None:
         stamp_ns = sample.stamp_ns
-        if self._filter.started and stamp_ns - self._filter.now_ns > LONGEST_SILENCE:
+        body = self._filter
+        if body.started and stamp_ns - body.memory.clock[NOW] > LONGEST_SILENCE:
             self._resume()
         if isinstance(sample, ImuSample):
             self._imu(sample)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from mecanum_base.core.estimation.acceleration import kernel
 from mecanum_base.core.estimation.geometry import carrier_rows
 from mecanum_base.core.estimation.hindsight import (
     account,
     corrected,
+    slipping_set,
 )
 from mecanum_base.core.estimation.inertial import carry, read_imu
 from mecanum_base.core.estimation.layout import (
@@ -174,8 +173,8 @@ def still(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, step: 
 
 
 @kernel
-def step_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: FloatArray) -> None:
-    """One frame without a second look."""
+def step_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: FloatArray) -> bool:
+    """One frame without a second look; True where a wheel begins to slip."""
     m, clock = memory.m, memory.clock
     step = (now - clock[LAST_FRAME]) * 1e-9
     span = (now - clock[JUDGED]) * 1e-9
@@ -187,12 +186,13 @@ def step_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
         if m[STILL] == 0.0 and calm(model, memory, z, valid, span):
             still(model, memory, z, valid, step)
             m[CARRIED] = 1.0
-            return
+            return False
     predict(model, memory, now)
     m[STRETCH] = 1.0
     clock[JUDGED] = now
     if still(model, memory, z, valid, step):
-        return
+        return False
+    before = slipping_set(memory, model.wheels)
     px, py, yaw, vx, vy, bx, by = corrected(memory)
     expect(memory)
     judge(model, memory, z, valid, span)
@@ -207,6 +207,7 @@ def step_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
     unlock(model, memory, span)
     uncertainty(model, memory)
     allow_calm(model, memory)
+    return (slipping_set(memory, model.wheels) & ~before) != 0
 
 
 @kernel
@@ -215,7 +216,7 @@ def sound(memory: Memory) -> bool:
 
     What is not finite in the covariance reaches its diagonal with the next step.
     """
-    x, variance = memory.x, np.diag(memory.P)
+    x, variance = memory.x, memory.variance
     return bool(math.isfinite(x @ x + variance.sum()) and variance.min() > -1e-12)
 
 

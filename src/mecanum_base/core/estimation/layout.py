@@ -48,6 +48,7 @@ class Memory(NamedTuple):
     x: FloatArray  # (N,) state
     s: FloatArray  # the same as cells
     P: FloatArray  # (N, N) covariance of its error
+    variance: FloatArray  # (N,) its diagonal
     m: FloatArray  # (M_SIZE,) cells, scalars named above
     clock: IntArray  # (CLOCK_SIZE,) cells, stamps
     rows: FloatArray  # (W, 3) A at this moment

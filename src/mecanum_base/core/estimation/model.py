@@ -64,5 +64,6 @@ class Model(NamedTuple):
     # outputs
     ratio_window: float  # s
     ratio_travel: float  # m a wheel must turn for a ratio to be defined
+    unit: FloatArray  # (N, N) identity
     inverse: FloatArray  # (3, W) cells, least-squares body motion of wheel travel
     carriers: FloatArray  # (4, C) table of the carriers; (4, 0) for wheels

@@ -146,8 +146,6 @@ def judged(model: Model, memory: Memory) -> None:
             value = P[PX + i, PX + j] + gap * m[GAP_X + j]
             entry[POSE_COV + 3 * i + j] = value
             entry[POSE_COV + 3 * j + i] = value
-    for k in range(TWIST, WHEELS):
-        entry[k] = 0.0
     turn = model.blind_turn ** 2 * 0.01
     if m[HAVE_GYRO] > 0.0:
         turn = float(P[BG, BG]) + wz * wz * float(P[KG, KG]) + 100.0 * model.gyro_noise ** 2
@@ -158,26 +156,26 @@ def judged(model: Model, memory: Memory) -> None:
         entry[first + 3] = xy
         entry[first + 4] = yy + floor
         entry[first + 8] = turn + floor
-    most = 0.0
+    most = x = y = yaw = 0.0
     for i in range(w):
-        speed, travel = each[SLIP, i], model.travel[i]
-        for k in range(3):
-            entry[SLIP_TWIST + k] += model.inverse[k, i] * speed
+        speed, travel = each[SLIP, i], float(model.travel[i])
+        x += model.inverse[0, i] * speed
+        y += model.inverse[1, i] * speed
+        yaw += model.inverse[2, i] * speed
         chance = slipping(speed, each[SIGMA, i])
         most = max(most, chance)
         entry[WHEELS + i] = speed / travel
         entry[WHEELS + w + i] = each[ANGLE, i] / travel
         entry[WHEELS + 2 * w + i] = chance
+    entry[SLIP_TWIST], entry[SLIP_TWIST + 1], entry[SLIP_TWIST + 2] = x, y, yaw
     entry[BODY] = most
     ratios(model, memory, WHEELS + 3 * w)
 
 
 def estimate_of_row(row: FloatArray, wheels: int, stamp_ns: int, source: str) -> Estimate:
     """The record of one output row; its arrays are views of ``row``."""
-    a = WHEELS
-    slip = SlipEstimate(row[a:a + wheels], row[a + wheels:a + 2 * wheels],
-                        row[a + 2 * wheels:a + 3 * wheels], float(row[BODY]),
-                        row[a + 3 * wheels:], row[SLIP_TWIST:SLIP_COV],
-                        row[SLIP_COV:BODY].reshape(3, 3))
-    return Estimate(stamp_ns, source, row[POSE:POSE_COV], row[POSE_COV:TWIST].reshape(3, 3),
-                    row[TWIST:TWIST_COV], row[TWIST_COV:SLIP_TWIST].reshape(3, 3), slip)
+    pose, twist, lost = row[:BODY].reshape(3, 4, 3)  # each a vector and its covariance below it
+    rest = WHEELS + 3 * wheels
+    rate, angle, chance = row[WHEELS:rest].reshape(3, wheels)
+    slip = SlipEstimate(rate, angle, chance, float(row[BODY]), row[rest:], lost[0], lost[1:])
+    return Estimate(stamp_ns, source, pose[0], pose[1:], twist[0], twist[1:], slip)

@@ -63,9 +63,6 @@ from mecanum_base.core.estimation.layout import (
 )
 from mecanum_base.core.estimation.lean import wander
 from mecanum_base.core.estimation.model import Model
-from mecanum_base.core.parameter import FloatArray
-
-ROW_BAX, ROW_BAY, TRAVELS = 5, 6, 7  # rows of F; before them pose and velocity, as in the state
 
 
 @kernel
@@ -89,9 +86,7 @@ def spread(model: Model, memory: Memory) -> None:
     ax, ay = m[SLOW_AX], m[SLOW_AY]
     yaw = s[YAW] - 0.5 * turn
     cos, sin = math.cos(yaw), math.sin(yaw)
-    F = np.zeros((TRAVELS + w, n))  # its rows that are neither those of I nor of creep
-    for i in range(YAW + 1):
-        F[i, i] = 1.0
+    F = model.unit.copy()
     F[YAW, BG] = -T
     F[YAW, KG] = -slow_turn
     F[PX, YAW] = -m[SUM_WY]
@@ -100,24 +95,20 @@ def spread(model: Model, memory: Memory) -> None:
     F[PY, YAW] = m[SUM_WX]
     F[PY, VX] = sin * T
     F[PY, VY] = cos * T
-    F[VX, VX] = 1.0
     F[VX, VY] = turn
     F[VX, BG] = -vy * T
     F[VX, KG] = -vy * slow_turn
     F[VX, BAX] = -T
     F[VX, KAX] = -ax * T
     F[VY, VX] = -turn
-    F[VY, VY] = 1.0
     F[VY, BG] = vx * T
     F[VY, KG] = vx * slow_turn
     F[VY, BAY] = -T
     F[VY, KAY] = -ay * T
-    F[ROW_BAX, BAX] = 1.0
-    F[ROW_BAX, BAY] = turn
-    F[ROW_BAX, BSY] = -turn
-    F[ROW_BAY, BAX] = -turn
-    F[ROW_BAY, BAY] = 1.0
-    F[ROW_BAY, BSX] = turn
+    F[BAX, BAY] = turn
+    F[BAX, BSY] = -turn
+    F[BAY, BAX] = -turn
+    F[BAY, BSX] = turn
 
     speed = min(1.5, math.hypot(end_x, end_y) + 0.2 * abs(turn) / T)
     share = T / (T + model.traction_time)
@@ -142,77 +133,58 @@ def spread(model: Model, memory: Memory) -> None:
     else:
         qa = model.blind_push ** 2 * T
     rg, ra = math.sqrt(qg), math.sqrt(qa)
-    G = np.zeros((TRAVELS + w, 3))
+    G = np.zeros((n, 3))
+    half = 0.5 * T * ra
     G[YAW, 2] = rg
     G[VX, 0] = ra
     G[VX, 2] = vy * rg
     G[VY, 1] = ra
     G[VY, 2] = -vx * rg
 
-    P = memory.P
     micro = model.rolling_noise ** 2 + model.traction_noise ** 2 * push
     sigma = model.creep_rest * speed + model.creep_traction * push + model.creep_hard * push * push
     loose = m[LOOSE_FOR] > 0.0
     if loose:
         sigma += model.creep_loose
     grow = sigma * sigma * (1.0 - decay * decay)
-    fresh = np.zeros(TRAVELS + w)  # noise that each of these rows gets for itself
+    size = np.empty(w)
     for i in range(w):
         a, b, c = axis[i, 0], axis[i, 1], axis[i, 2]
+        slow, row = s[creep + i], phi + i
         rolled = (1.0 + s[K + i]) * (a * path_x + b * path_y + c * path_turn)
-        s[phi + i] += rolled + T * s[creep + i]
-        s[creep + i] *= decay
-        row = TRAVELS + i
+        size[i] = abs(rolled)
+        s[row] += rolled + T * slow
+        s[creep + i] = decay * slow
+        b_lateral, c_lever = b * lateral, c * lever
         F[row, VX] = a * even
-        F[row, VY] = b * lateral * even
-        F[row, BG] = -c * lever * even
-        F[row, KG] = -c * lever * slow_turn
+        F[row, VY] = b_lateral * even
+        F[row, BG] = -c_lever * even
+        F[row, KG] = -c_lever * slow_turn
         F[row, KY] = b * slow_y
         F[row, KL] = c * slow_turn
-        F[row, K + i] = a * slow_x + b * lateral * slow_y + c * lever * slow_turn
-        F[row, phi + i] = 1.0
+        F[row, K + i] = a * slow_x + b_lateral * slow_y + c_lever * slow_turn
         F[row, creep + i] = even
-        G[row, 0] = 0.5 * T * ra * a
-        G[row, 1] = 0.5 * T * ra * b
+        F[creep + i, creep + i] = decay
+        G[row, 0] = half * a
+        G[row, 1] = half * b
         G[row, 2] = rg * c
-        fresh[row] = micro * abs(rolled) + 1e-12
-        if loose:
-            memory.each[EXTRA, i] += model.extra_creep * model.rolling_noise ** 2 * abs(rolled)
     if memory.hinge.shape[0] > 0:
         motion = np.array([path_x, path_y, path_turn])
         memory.hinge[:] += hinge_increment(model.carriers, memory.hinge, motion)
+    P = memory.P
+    P[:, :] = F @ P @ F.T + G @ G.T
+    tilt = wander(model, memory) * T * trust
     sensor = model.sensor_drift ** 2 * T
-    drift = wander(model, memory) * T * trust + sensor
-    fresh[ROW_BAX] = drift
-    fresh[ROW_BAY] = drift
-    transport(P, w, F, G @ G.T + np.diag(fresh), decay)
     P[BG, BG] += model.gyro_drift ** 2 * T
     for b, fixed in ((BAX, BSX), (BAY, BSY)):
+        P[b, b] += tilt + sensor
         P[b, fixed] += sensor
         P[fixed, b] += sensor
         P[fixed, fixed] += sensor
-    for i in range(creep, n):
-        P[i, i] += grow
+    for i in range(w):
+        P[phi + i, phi + i] += micro * size[i] + 1e-12
+        P[creep + i, creep + i] += grow
+        if loose:
+            memory.each[EXTRA, i] += model.extra_creep * model.rolling_noise ** 2 * size[i]
     for k in range(SUM_T, SUM_WY + 1):
         m[k] = 0.0
-
-
-@kernel
-def transport(P: FloatArray, wheels: int, F: FloatArray, noise: FloatArray, decay: float) -> None:
-    """P <- F P F' + noise, for the rows of F that are neither those of I nor of creep."""
-    phi, creep = K + wheels, K + 2 * wheels
-    M = F @ P
-    B = M @ F.T + noise
-    B = 0.5 * (B + B.T)
-    P[creep:, :] *= decay
-    P[:, creep:] *= decay
-    M[:, creep:] *= decay
-    M[:, :ROW_BAX] = B[:, :ROW_BAX]
-    M[:, BAX:BAY + 1] = B[:, ROW_BAX:TRAVELS]
-    M[:, phi:creep] = B[:, TRAVELS:]
-    P[:ROW_BAX] = M[:ROW_BAX]
-    P[BAX:BAY + 1] = M[ROW_BAX:TRAVELS]
-    P[phi:creep] = M[TRAVELS:]
-    P[:, :ROW_BAX] = M[:ROW_BAX].T
-    P[:, BAX:BAY + 1] = M[ROW_BAX:TRAVELS].T
-    P[:, phi:creep] = M[TRAVELS:].T

@@ -19,7 +19,6 @@ from mecanum_base.core.estimation.hindsight import (
     keep,
     record,
     rewind,
-    slipping_set,
     suspect,
     usable,
 )
@@ -70,15 +69,14 @@ def take_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
     for i in range(w):
         tape[at, i] = z[i]
         tape[at, w + i] = valid[i]
-    before = slipping_set(memory, w)
-    step_frame(model, memory, now, z, valid)
+    begins = step_frame(model, memory, now, z, valid)
     remember(model, memory)
     mark(memory)
     if memory.m[CARRIED] > 0.0:
         return
     slips = np.zeros(w)
     slot = -1
-    if slipping_set(memory, w) & ~before:
+    if begins:
         slot = usable(memory, now, YOUNGEST, OLDEST)
     if slot < 0 and memory.m[STILL] == 0.0:
         slot = suspect(model, memory, now, slips)

@@ -92,21 +92,23 @@ def log_likelihood(S: FloatArray, r: FloatArray) -> FloatArray:
 
 @kernel
 def correct(memory: Memory, wheels: int, r: FloatArray, S: FloatArray, inverse: FloatArray,
-            U: FloatArray) -> None:
-    """Plain update by all wheels; ``inverse`` of S; U (W,) variance added to each travel."""
+            loose: bool) -> None:
+    """Plain update by all wheels; ``inverse`` of S; ``loose``: some travel has extra variance."""
     phi, creep = K + wheels, K + 2 * wheels
     P = memory.P
     D = P[:, phi:creep].copy()
-    if U.max() > 0.0:
+    if loose:
         full = S.copy()
         for i in range(wheels):
-            D[phi + i, i] += U[i]
-            full[i, i] += U[i]
-            P[phi + i, phi + i] += U[i]
+            extra = memory.each[EXTRA, i]
+            D[phi + i, i] += extra
+            full[i, i] += extra
+            P[phi + i, phi + i] += extra
         inverse = np.linalg.inv(full)
     gain = D @ inverse
     memory.x[:] += gain @ r
     P -= gain @ D.T
+    P[:, :] = 0.5 * (P + P.T)
 
 
 @kernel
@@ -190,7 +192,7 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
     tj = m[JITTER]
     S = grip + (tj * speed).reshape(w, 1) * speed
     r = np.empty(w)
-    creeps = forced = False
+    creeps = forced = loose = False
     for i in range(w):
         r[i] = (z[i] - s[phi + i]) * valid[i]
         if valid[i] == 0.0:
@@ -198,13 +200,14 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
         each[REACH, i] = CALM * math.sqrt(max(S[i, i], 0.0))
         creeps = creeps or abs(each[SLIP, i]) > model.creep_limit
         forced = forced or each[FORCED, i] > 0.0
+        loose = loose or each[EXTRA, i] > 0.0
     inverse = np.linalg.inv(S)
     nis = float(r @ (inverse @ r))
     m[GRIP_NIS] = nis
     short = memory.mode[0] > SURE and nis < 2.25 * w and not creeps and not forced
     late = 0.0
     if short:
-        correct(memory, w, r, S, inverse, memory.wheel[EXTRA])
+        correct(memory, w, r, S, inverse, loose)
         grips = 1.0
         memory.mode[:] = 0.0
         memory.mode[0] = 1.0
@@ -232,7 +235,8 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
         memory.mode[:] = p
         grips = float(p[0])
         memory.wheel[PROBABILITY] = p @ model.member
-    memory.wheel[EXTRA] = 0.0
+    if loose:
+        memory.wheel[EXTRA] = 0.0
     m[LATE] = late
     m[LATE_RUN] = late * (1.0 + m[LATE_RUN])
     m[LOOSE_FOR] = model.extra_time if grips < 0.7 else max(0.0, m[LOOSE_FOR] - T)
