@@ -32,7 +32,9 @@ _SHARE = 0.15  # of the way must be along an axis
 _WAY = {'forward': 1.5, 'sideways': 1.5, 'turning': 6.0}  # m, m, rad
 _CLUSTERS = 4
 _CONTRADICT = 4.0  # times the usual contradiction of the wheels
-_UNMODELLED = 0.0003  # standard deviation of what creep, rollers and radii leave in a scale
+# standard deviations by which a scale depends on how the base is driven (creep, rollers, unequal
+# radii; tests/bag/physics_coverage.py)
+_DRIVEN = {'forward': 0.0002, 'sideways': 0.0003, 'turning': 0.0005}
 _GYRO_SCALE = 0.005  # standard deviation of the scale of an uncalibrated gyro
 _FRAME = (math.radians(5.0), 0.2)  # rad, m: how far the markers may be off
 _UNEQUAL = 0.1  # rad/m: how far unequal radii may turn a base that drives straight
@@ -144,9 +146,9 @@ def _axis_value(name: str, axis: int, fit: Fit | None, wheels: FloatArray) -> Va
     return judged(name, float(fit.value[0]), fit.half_width(0, LEVEL))
 
 
-def judged(name: str, value: float, half: float, unmodelled: float = _UNMODELLED) -> Value:
+def judged(name: str, value: float, half: float) -> Value:
     """The value with its interval, or why it is not given."""
-    half = math.hypot(half, 1.645 * unmodelled)
+    half = math.hypot(half, 1.645 * _DRIVEN.get(name, 0.0002))
     if half > WIDEST:
         return refused(name, f'too uncertain: {value:.3f} +- {half:.3f} ({100 * LEVEL:.0f} %); '
                        f'slip, noise or too little motion: {MANOEUVRE.get(name, "drive longer")}')

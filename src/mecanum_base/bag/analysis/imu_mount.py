@@ -34,6 +34,7 @@ _UNEQUAL = 0.1  # standard deviation of the lateral against the forward scale
 _SLOPE = 0.1  # m/s2 of gravity along the floor, standard deviation (0.6 deg)
 _SHARE = 0.05  # of an acceleration that the wheels may tell wrongly: creep, load
 _LEAST_PUSH = 0.05  # m/s2 rms
+_TURNED = 0.001  # rad: rollers that are 2 mrad off turn the way of the wheels as much
 SHEAR = 0.005  # standard deviation of k: radii that differ by 1 %
 _CLUSTERS = 4
 _ROUNDS = 3
@@ -119,7 +120,7 @@ def yaw_turn(parts: list[Pushes], source: str, shear: float, sigma: float = 0.0)
         return refused(name, f'the accelerometer shows {scale:.2f} of the acceleration of the '
                        f'{source} (slip, a wrong unit, vibration or too little of it): {BRISKLY}')
     half = fit.half_width(1, LEVEL) / scale
-    half = math.hypot(half, 1.645 * sigma)
+    half = math.hypot(half, 1.645 * math.hypot(sigma, _TURNED))
     return _judged('z', math.remainder(psi, math.tau), half, f'accelerometer against {source}')
 
 
