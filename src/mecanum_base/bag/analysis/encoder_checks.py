@@ -33,7 +33,8 @@ def _jumps(topic: str, motion: WheelMotion, seconds: FloatArray, rate: FloatArra
     found: list[Finding] = []
     step = np.diff(motion.seconds)  # a stamp that comes late makes the next step too short
     rate = rate * (step / np.maximum(step, 0.7 * np.median(step)))[:, None]
-    limit = (_ABOVE * np.asarray(max_speed) if max_speed is not None and np.isfinite(max_speed).all()
+    known = max_speed is not None and np.isfinite(max_speed).all()
+    limit = (_ABOVE * np.asarray(max_speed) if known
              else np.maximum(20.0 * np.percentile(np.abs(rate), 90, axis=0), 60.0))
     for wheel, joint in enumerate(motion.joints):
         before, after = motion.angle[:-1, wheel], motion.angle[1:, wheel]
