@@ -187,7 +187,7 @@ def test_the_smoothed_past_goes_on_over_a_mount_that_comes_late(from_tf, monkeyp
     for index in range(71, 110):
         found += intake.handle(wheels(index))
     found += intake.flush()
-    past = [int(stamp) for part in intake.past(last=True) for stamp in part.stamp_ns]
+    past = [int(stamp) for part in intake.past(last=True) for stamp in part.smoothed().stamp_ns]
     assert past == [e.stamp_ns for e in found if e.source == 'encoder']
 
 

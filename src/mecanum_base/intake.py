@@ -20,7 +20,7 @@ from mecanum_base import messages
 from mecanum_base.core.command.command_watch import CommandWatch
 from mecanum_base.core.estimation.estimator import Estimator
 from mecanum_base.core.estimation.health import Health
-from mecanum_base.core.estimation.smoother import Smoothed
+from mecanum_base.core.estimation.smoother import Piece
 from mecanum_base.core.frame_tree import FrameTree
 from mecanum_base.core.parameter import FloatArray, IntArray
 from mecanum_base.core.records import Estimate, ImuSample, PoseSample, ResetSample, Sample
@@ -49,7 +49,7 @@ class Intake:
         """``smoothed``: also keep what is learnt later about every frame, for :meth:`past`."""
         self.robot = robot
         self._smoothed = smoothed
-        self._past: list[Smoothed] = []
+        self._past: list[Piece] = []
         self.joints = robot.base.joint
         self.command_watch = CommandWatch(self.joints, robot.encoder)
         self._frames = FrameTree()
@@ -135,7 +135,7 @@ class Intake:
         self.robot = self.robot.replace(imu=dataclasses.replace(
             self.robot.imu, xyz=mount[0], rpy=mount[1]))
         self.mount_known = True
-        self._past.append(self.estimator.past(last=True))
+        self._past += self.estimator.past(last=True)
         self.estimator = self._estimator()
         if self._last is not None:
             self.estimator.handle(PoseSample(self._last.stamp_ns, self._last.pose,
@@ -170,9 +170,9 @@ class Intake:
         self.command_watch.flush()
         return self._remember(self._release() + self.estimator.flush())
 
-    def past(self, last: bool = False) -> tuple[Smoothed, ...]:
+    def past(self, last: bool = False) -> tuple[Piece, ...]:
         """What later readings say of frames that none can change any more; see the estimator."""
-        found, self._past = (*self._past, self.estimator.past(last)), []
+        found, self._past = (*self._past, *self.estimator.past(last)), []
         return found
 
     def _place(self, sample: PoseSample | ResetSample) -> Estimates:

@@ -62,14 +62,16 @@ def compared(name, seed):
             if not isinstance(sample, unused):
                 found += estimator.handle(sample)
         found += estimator.flush()
-    past = estimator.past(last=True)
+    past = [piece.smoothed() for piece in estimator.past(last=True)]
+    stamp_ns, track, slip = (np.concatenate([getattr(part, name) for part in past])
+                             for name in ('stamp_ns', 'track', 'slip'))
     speed = simulated.slip_rate * travel_per_radian(robot.base)
     causal = figures(simulated, speed, np.array([e.stamp_ns for e in found]),
                      np.array([e.pose for e in found]), np.array([e.twist for e in found]),
                      np.array([e.slip.body_probability for e in found]),
                      np.array([e.slip.probability for e in found]))
-    smoothed = figures(simulated, speed, past.stamp_ns, past.track[:, :3], past.track[:, 3:5],
-                       past.slip[:, -1], past.slip[:, 1:-1:2])
+    smoothed = figures(simulated, speed, stamp_ns, track[:, :3], track[:, 3:5], slip[:, -1],
+                       slip[:, 1:-1:2])
     return causal, smoothed
 
 

@@ -26,7 +26,7 @@ from mecanum_base.bag.topics import STREAMS, Topics, advice
 from mecanum_base.bag.track import SMOOTHED, TrackWriter
 from mecanum_base.core.errors import BagError
 from mecanum_base.core.estimation.output import TWIST
-from mecanum_base.core.estimation.smoother import Smoothed
+from mecanum_base.core.estimation.smoother import Piece
 from mecanum_base.core.estimation.stretch import Rows
 from mecanum_base.core.parameter import FloatArray, IntArray
 from mecanum_base.core.records import Estimate
@@ -185,13 +185,11 @@ class _Output:
         if len(self._held) >= _GATHERED:
             self._flush()
 
-    def look_back(self, past: tuple[Smoothed, ...]) -> None:
-        """Take frames as they look by now."""
-        for part in past:
-            if self._smoothed is not None and len(part.stamp_ns):
-                self._behind.do(functools.partial(
-                    self._smoothed.write_rows, part.stamp_ns, part.track, part.slip,
-                    np.zeros(len(part.stamp_ns), dtype=np.int64)))
+    def look_back(self, past: tuple[Piece, ...]) -> None:
+        """Take frames to be smoothed."""
+        for piece in past:
+            if self._smoothed is not None:
+                self._behind.do(functools.partial(_smooth, self._smoothed, piece))
 
     def _flush(self) -> None:
         if self._held:
@@ -211,6 +209,12 @@ class _Output:
                 finally:
                     if self._smoothed is not None:
                         self._smoothed.close()
+
+
+def _smooth(writer: TrackWriter, piece: Piece) -> None:
+    found = piece.smoothed()
+    writer.write_rows(found.stamp_ns, found.track, found.slip,
+                      np.zeros(len(found.stamp_ns), dtype=np.int64))
 
 
 def _write(sink: Sink, estimates: list[Estimate]) -> None:

@@ -21,7 +21,7 @@ motion = staged((0.8, (0, 0, 0)), (1.6, (0.5, 0.2, 0.8)))
 angles = wheel_angles(motion, slip={0: (1.5, 1.9, 8.0)})
 subject = estimator(smoothed=True)
 found = run(subject, merged(imu(motion), frames(motion, angles)))
-past = subject.past(last=True)
+past, = (piece.smoothed() for piece in subject.past(last=True))
 print(json.dumps([acceleration.COMPILED, [[*e.pose, *e.twist, *e.slip.probability]
                                           for e in found],
                   [[*a, *b] for a, b in zip(past.track.tolist(), past.slip.tolist())]]))

@@ -32,7 +32,7 @@ from mecanum_base.core.estimation.notes import unobservable
 from mecanum_base.core.estimation.ordering import StampOrder
 from mecanum_base.core.estimation.output import estimate_of_row
 from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
-from mecanum_base.core.estimation.smoother import Smoothed
+from mecanum_base.core.estimation.smoother import Piece
 from mecanum_base.core.estimation.tuning import EstimatorConfig
 from mecanum_base.core.parameter import FloatArray
 from mecanum_base.core.platform.carriers import Carriers
@@ -120,7 +120,7 @@ class Estimator:
             self._process(item, found)
         return tuple(found)
 
-    def past(self, last: bool = False) -> Smoothed:
+    def past(self, last: bool = False) -> tuple[Piece, ...]:
         """Frames whose estimate no later reading can change, as they look by now; each is told
         once, in order. After the ``last`` sample of all, the rest."""
         return self._filter.past(last)

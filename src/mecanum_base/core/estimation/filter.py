@@ -33,7 +33,7 @@ from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.estimation.output import describe, row_size
 from mecanum_base.core.estimation.reading import take_frame, take_imu
 from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
-from mecanum_base.core.estimation.smoother import Smoothed, Smoother
+from mecanum_base.core.estimation.smoother import Piece, Smoother
 from mecanum_base.core.estimation.trail import free, hand_out, intact, settled, with_room
 from mecanum_base.core.estimation.tuning import EstimatorConfig
 from mecanum_base.core.parameter import FloatArray
@@ -112,7 +112,7 @@ class BodyFilter:
         self._settle(settled(self.memory))
         self.memory = with_room(self.memory, max(frames, len(self.memory.trail) // 2))
 
-    def past(self, last: bool = False) -> Smoothed:
+    def past(self, last: bool = False) -> tuple[Piece, ...]:
         """Frames as later ones show them, those not told before; ``last``: no frame follows."""
         if last:
             self._part(int(self.memory.reel[REEL_ROWS]))

@@ -37,15 +37,46 @@ class Smoothed:
     slip: FloatArray
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """Rows (R, width) of the trail with stamps (R,) ns; ``travel`` (W,) m a radian.
+
+    The first ``count`` are those of the piece, the rest is what they see ahead.
+    """
+
+    stamp_ns: IntArray
+    rows: FloatArray
+    count: int
+    travel: FloatArray
+
+    def smoothed(self) -> Smoothed:
+        """The work itself; it may be done anywhere and at any time."""
+        w, count = len(self.travel), self.count
+        out, rows = look_back(self.stamp_ns, self.rows)[:count], self.rows[:count]
+        x = rows[:, WHEELS + w:WHEELS + 2 * w]
+        y = rows[:, WHEELS + 2 * w:] * (1.0 + rows[:, KY:KY + 1])
+        dx, dy = (out[:, VX:VY + 1] - rows[:, VX:VY + 1]).T[:, :, None]
+        moves = (rows[:, WAS_STILL] == 0.0)[:, None]
+        speed = rows[:, WHEELS:WHEELS + w] - np.where(moves, x * dx + y * dy, 0.0)
+        xx, xy, yy = out[:, TRACK:].T[:, :, None]
+        t = (np.abs(speed) - THRESHOLD) / np.sqrt(  # as output.slipping
+            x * x * xx + 2.0 * x * y * xy + y * y * yy + 25e-6)
+        slip = np.empty((count, 2 * w + 1))
+        slip[:, 0:-1:2] = speed / self.travel
+        slip[:, 1:-1:2] = 0.5 + (t * ROOT3 / (3.0 + t * t) + np.arctan(t / ROOT3)) / math.pi
+        slip[:, -1] = slip[:, 1:-1:2].max(axis=1)
+        return Smoothed(self.stamp_ns[:count].copy(), out[:, :TRACK].copy(), slip)
+
+
 class Smoother:
-    """Takes final rows of the trail in order and gives them back smoothed."""
+    """Takes final rows of the trail in order and cuts them into pieces."""
 
     def __init__(self, travel: FloatArray) -> None:
         """``travel`` (W,) m a radian."""
         self._travel = travel
         self._rows: list[FloatArray] = []
         self._stamp: list[IntArray] = []
-        self._done: list[Smoothed] = []
+        self._done: list[Piece] = []
 
     def take(self, stamp: IntArray, rows: FloatArray) -> None:
         """Take rows (R, width) with stamps (R,) ns that follow those before."""
@@ -60,7 +91,7 @@ class Smoother:
             seen, over = np.searchsorted(stamp, [stamp[0] + PIECE + AHEAD, stamp[0] + PIECE])
             judged = np.flatnonzero(rows[:over, WAS_JUDGED])  # calm ones stay with the last
             over = judged[-1] if len(judged) and judged[-1] else over
-            self._look(stamp[:seen], rows[:seen], int(over))
+            self._done.append(Piece(stamp[:seen], rows[:seen], int(over), self._travel))
             stamp, rows = stamp[over:], rows[over:]
         self._stamp, self._rows = [stamp], [rows]
 
@@ -68,32 +99,10 @@ class Smoother:
         """What comes next does not follow what came before."""
         if self._stamp:
             stamp, rows = np.concatenate(self._stamp), np.concatenate(self._rows)
-            self._look(stamp, rows, len(stamp))
+            self._done.append(Piece(stamp, rows, len(stamp), self._travel))
             self._stamp, self._rows = [], []
 
-    def taken(self) -> Smoothed:
-        """What is done and was not taken before."""
-        parts = [Smoothed(np.zeros(0, dtype=np.int64), np.zeros((0, TRACK)),
-                          np.zeros((0, 2 * len(self._travel) + 1))), *self._done]
-        self._done = []
-        return Smoothed(np.concatenate([p.stamp_ns for p in parts]),
-                        np.concatenate([p.track for p in parts]),
-                        np.concatenate([p.slip for p in parts]))
-
-    def _look(self, stamp: IntArray, rows: FloatArray, count: int) -> None:
-        """Smooth the rows; the first ``count`` are done."""
-        w = len(self._travel)
-        out, rows = look_back(stamp, rows)[:count], rows[:count]
-        x = rows[:, WHEELS + w:WHEELS + 2 * w]
-        y = rows[:, WHEELS + 2 * w:] * (1.0 + rows[:, KY:KY + 1])
-        dx, dy = (out[:, VX:VY + 1] - rows[:, VX:VY + 1]).T[:, :, None]
-        moves = (rows[:, WAS_STILL] == 0.0)[:, None]
-        speed = rows[:, WHEELS:WHEELS + w] - np.where(moves, x * dx + y * dy, 0.0)
-        xx, xy, yy = out[:, TRACK:].T[:, :, None]
-        t = (np.abs(speed) - THRESHOLD) / np.sqrt(  # as output.slipping
-            x * x * xx + 2.0 * x * y * xy + y * y * yy + 25e-6)
-        slip = np.empty((count, 2 * w + 1))
-        slip[:, 0:-1:2] = speed / self._travel
-        slip[:, 1:-1:2] = 0.5 + (t * ROOT3 / (3.0 + t * t) + np.arctan(t / ROOT3)) / math.pi
-        slip[:, -1] = slip[:, 1:-1:2].max(axis=1)
-        self._done.append(Smoothed(stamp[:count].copy(), out[:, :TRACK].copy(), slip))
+    def taken(self) -> tuple[Piece, ...]:
+        """The pieces that are complete and were not taken before."""
+        found, self._done = tuple(self._done), []
+        return found
