@@ -3,10 +3,10 @@
     python tests/bench/bench_estimator.py [--seconds 60]
 
 100 Hz encoders and 200 Hz IMU of four wheels, fed one sample after the other as the node does.
-The base starts, cruises, stops and stands; with slip, one wheel or another spins half of the time.
-A step is one IMU reading together with its half of the encoder frame: one frame and two IMU samples
-are 2 steps. Per engine a process of its own; CPU time (other programs do not count), median, mean
-and 99 % over the frames in microseconds, and in units of the loop
+The base starts, cruises, stops and stands; with slip, a wheel or another spins half of the time.
+A step is one IMU reading together with its half of the encoder frame: one frame and two IMU
+samples are 2 steps. Per engine a process of its own; CPU time (other programs do not count),
+median, mean and 99 % over the frames in microseconds, and in units of the loop
 ``s = 0.0; for i in range(1000): s += i * 0.5`` measured in the same process.
 """
 

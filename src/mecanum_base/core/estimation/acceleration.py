@@ -17,11 +17,14 @@ from mecanum_base.core.parameter import FloatArray, IntArray
 
 Kernel = TypeVar('Kernel', bound=Callable[..., Any])
 Cells = TypeVar('Cells', FloatArray, IntArray)
+Whole = TypeVar('Whole')
 
 try:
     if os.environ.get('MECANUM_BASE_FAST') != '1':
         raise ImportError('not asked for')
     from numba import config, njit
+    from numba.core import types
+    from numba.extending import intrinsic
 except ImportError:
     COMPILED = False
 else:
@@ -58,3 +61,32 @@ def kernel(function: Kernel) -> Kernel:
         return function
     function.__qualname__ = f'{function.__qualname__}_{_STATE}'
     return cast(Kernel, njit(cache=True, nogil=True, error_model='numpy')(function))
+
+
+def _unowned(context: Any, whole: Any) -> Any:
+    """Typing and code of :func:`unowned`: the tuple as it is, its arrays without their owners."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        value = arguments[0]
+        for place, kind in enumerate(whole.types):
+            if isinstance(kind, types.Array):
+                part = builder.extract_value(value, place)
+                array = context.make_array(kind)(context, builder, part)
+                array.meminfo = array.meminfo.type(None)
+                value = builder.insert_value(value, array._getvalue(), place)
+        return value
+
+    return whole(whole), code
+
+
+def unowned(whole: Whole) -> Whole:
+    """The same named tuple, to whose arrays compiled code counts no references.
+
+    It counts one to each array wherever a tuple is passed on, and that took more time than all
+    the arithmetic. The arrays must live as long as the call, as those of a caller do.
+    """
+    return whole
+
+
+if COMPILED:
+    unowned = intrinsic(_unowned)  # type: ignore[assignment]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.acceleration import kernel, unowned
 from mecanum_base.core.estimation.frame import arm, predict, sound
 from mecanum_base.core.estimation.layout import (
     CARRIED,
@@ -46,6 +46,7 @@ def run(model: Model, memory: Memory, kind: IntArray, stamp: IntArray, value: Fl
     Returns (readings taken, rows written, reason): after SILENCE the next reading needs care,
     after BROKEN the last one has broken the numbers.
     """
+    model, memory = unowned(model), unowned(memory)
     clock, w = memory.clock, model.wheels
     valid = np.ones(w)
     rows = 0
