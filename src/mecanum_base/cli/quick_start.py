@@ -11,6 +11,27 @@ _PACKAGE = 'scipy.linalg'
 _TABLES = ('scipy.linalg.cython_blas', 'scipy.linalg.cython_lapack')
 
 
+def load_numba() -> None:
+    """Load numba as quickly as it can be, if it is there.
+
+    Two things it loads take long and are not used here: the package around the modules of
+    :func:`load_blas`, and coverage, through which it tells a measurement that it has compiled.
+    """
+    if 'numba' in sys.modules or importlib.util.find_spec('numba') is None:
+        return
+    load_blas()
+    without = 'coverage' not in sys.modules
+    if without:
+        sys.modules['coverage'] = None  # type: ignore[assignment]
+    try:
+        importlib.import_module('numba')
+    except ImportError:
+        pass  # said where the kernels are asked for
+    finally:
+        if without:
+            del sys.modules['coverage']
+
+
 def load_blas() -> None:
     """Load the two modules through which numba calls BLAS and LAPACK, not the package around them.
 

@@ -58,8 +58,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _replay(options: argparse.Namespace) -> int:
     if os.environ.get(_FAST) == '1':
-        from mecanum_base.cli.quick_start import load_blas
-        load_blas()  # before numba looks for it
+        from mecanum_base.cli.quick_start import load_numba
+        load_numba()
     from mecanum_base.bag.replay import Sink, replay_into
     from mecanum_base.bag.summary import summary_of, write_json
     from mecanum_base.bag.topics import Topics
