@@ -37,6 +37,7 @@ from mecanum_base.core.estimation.layout import (
     CALM,
     EXTRA,
     FLAT,
+    FORCED,
     GAP_YAW,
     HAVE_ACCEL,
     HAVE_GYRO,
@@ -140,7 +141,7 @@ def settle(memory: Memory, wheels: int, travel: FloatArray, resolution: FloatArr
     m[LOCKED_FOR] = 0.0
     m[WZ] = 0.0
     m[STILL] = 1.0
-    m[CALM] = 1.0
+    m[CALM] = 1.0 if memory.wheel[FORCED].max() == 0.0 else 0.0
 
 
 @kernel
