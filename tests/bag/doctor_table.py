@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import functools
+import itertools
 import pathlib
 import re
 import sys
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import driving
@@ -114,17 +117,44 @@ FAULTS = {
 }
 
 
+def _order(order):
+    """The fault that column i of joint_states shows wheel order[i]."""
+    names = ', '.join(driving.JOINTS[i] for i in np.argsort(order))
+    return ('swapped_wheels', {}, _columns(order), ROBOT, re.escape(f'joint: [{names}]'))
+
+
+def _mount(turn):
+    """The fault of a mounting that the robot file does not know."""
+    def fits(text):
+        found = re.match(r'rpy: \[(.*)\]', text)
+        told = [float(v) for v in found[1].split(',')] if found else [0.0, 0.0, 0.0]
+        return np.abs(Rotation.from_euler('xyz', told).as_matrix() - turn).max() < 1e-4
+    return ('imu_mount', {}, _turned(turn), ROBOT, fits)
+
+
+# every order of four wheels and every right-angle mounting but the right one
+ORDERS = [_order(order) for order in itertools.permutations(range(4)) if order != (0, 1, 2, 3)]
+MOUNTS = [_mount(turn) for turn in Rotation.create_group('O').as_matrix()
+          if np.abs(turn - np.eye(3)).max() > 0.1]
+EVERY = {'each of the 23 other orders': ORDERS, 'each of the 23 other mountings': MOUNTS}
+
+
 def judged(name, seed, imu=True, **more):
     """'found', 'missed' or 'wrong' for one fault and seed, and the verdict."""
-    expected, options, change, robot, line = FAULTS[name]
+    return judged_fault(FAULTS[name], seed, imu, **more)
+
+
+def judged_fault(fault, seed, imu=True, **more):
+    """The same for a line like those of FAULTS."""
+    expected, options, change, robot, line = fault
     made = change(driving.drive(seed=seed, seconds=50.0, **options, **more))
     motion = WheelMotion(driving.JOINTS, made.wheel_ns, made.angle)
     gyro = Gyro(made.imu_ns, made.gyro, made.accel) if imu else None
     truth = None if imu else Track(made.truth_ns, made.pose)
     verdict = examine(robot, motion, gyro, truth)
     sure = [d for d in verdict.diagnoses if d.certainty >= CERTAIN or d.fault == 'imu_tilt']
-    right = [d for d in sure if d.fault == expected
-             and any(re.match(line, text) for text in d.lines)]
+    fits = line if callable(line) else functools.partial(re.match, line)
+    right = [d for d in sure if d.fault == expected and any(map(fits, d.lines))]
     wrong = [d for d in sure if d.fault != expected]
     if wrong or (expected is not None and sure and not right):
         return 'wrong', verdict
@@ -134,10 +164,14 @@ def judged(name, seed, imu=True, **more):
 def main(seeds):
     print(f'{"fault":32s} found missed wrong')
     total = dict(found=0, missed=0, wrong=0)
-    for name in FAULTS:
+    rows = {name: [(fault, seed) for seed in range(1, seeds + 1)]
+            for name, fault in FAULTS.items()}
+    rows |= {name: [(fault, seed) for seed, fault in enumerate(faults, start=1)]
+             for name, faults in EVERY.items()}
+    for name, tried in rows.items():
         counts = dict(found=0, missed=0, wrong=0)
-        for seed in range(1, seeds + 1):
-            result, verdict = judged(name, seed)
+        for fault, seed in tried:
+            result, verdict = judged_fault(fault, seed)
             counts[result] += 1
             if result == 'wrong':
                 print('   seed', seed, [(d.fault, d.lines) for d in verdict.diagnoses])

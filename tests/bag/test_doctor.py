@@ -15,6 +15,26 @@ def test_each_fault_is_named_with_the_line_that_cures_it(name):
     assert result == 'found', verdict
 
 
+@pytest.mark.parametrize('name', list(table.EVERY))
+def test_orders_and_mountings_beside_those_of_the_table_are_found_too(name):
+    assert len(table.EVERY[name]) == 23
+    for index in (4, 18):
+        result, verdict = table.judged_fault(table.EVERY[name][index], seed=14)
+        assert result == 'found', verdict
+
+
+def test_an_order_that_looks_like_another_wiring_is_named_beside_it_and_a_true_pose_decides():
+    """All four the other way round, or all reversed and the IMU turned by half a turn: two
+    changes each, and the same signals."""
+    reverse = table.ORDERS[-1]
+    result, verdict = table.judged_fault(reverse, seed=14)
+    assert result == 'missed' and not verdict.diagnoses
+    names = ', '.join(driving.JOINTS[::-1])
+    assert f'50 %: joint: [{names}]' in verdict.unclear
+    assert any('imu.rpy [0.0, 0.0, 3.14159]' in text for text in verdict.unclear)
+    assert table.judged_fault(reverse, seed=14, imu=False)[0] == 'found'
+
+
 @pytest.mark.parametrize('name', ['only forward', 'standing still',
                                   'only forward, wheels swapped'])
 def test_poor_motion_is_answered_with_the_manoeuvre_to_drive(name):
