@@ -24,6 +24,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='robot file to write; not written where nothing could be fitted')
     parser.add_argument('--truth-topic', metavar='T',
                         help='topic with the true pose (default: named like ground_truth, mocap)')
+    parser.add_argument('--truth-frame', metavar='F',
+                        help='of /tf as truth: parent frame of the base')
     parser.add_argument('--encoder-topic', metavar='T', help='topic of the encoders')
     parser.add_argument('--imu-topic', metavar='T', help='topic of the IMU')
     parser.add_argument('--no-imu', action='store_true', help='leave the IMU out')

@@ -21,6 +21,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--imu-topic', metavar='T', help='topic of the IMU')
     parser.add_argument('--no-imu', action='store_true', help='leave the IMU out')
     parser.add_argument('--truth-topic', metavar='T', help='topic with the true pose')
+    parser.add_argument('--truth-frame', metavar='F',
+                        help='of /tf as truth: parent frame of the base')
     parser.add_argument('--json', action='store_true', help='print JSON instead of text')
 
 
@@ -34,7 +36,8 @@ def run(options: argparse.Namespace) -> int:
     with Progress('doctor') as progress:
         verdict = evidence_of(
             list(bags_under(options.bag)), robot, options.encoder_topic, options.imu_topic,
-            not options.no_imu, options.truth_topic, progress.update).examined()
+            not options.no_imu, options.truth_topic, progress.update,
+            options.truth_frame).examined()
     if options.json:
         print(json.dumps(verdict.plain(), indent=1))
         return 1 if verdict.diagnoses else 0

@@ -35,7 +35,8 @@ def calibrate_bags(paths: list[str], robot: Robot, options: Any, update: Update)
     for number, path in enumerate(paths):
         found = evidence_of(path, robot, options.encoder_topic, options.imu_topic,
                             not options.no_imu, options.truth_topic,
-                            functools.partial(_step, update, number, len(paths)))
+                            functools.partial(_step, update, number, len(paths)),
+                            options.truth_frame)
         evidences.append(found)
         late.append(time_offset(found, offsets))
     result = fitted(evidences, late, matrix)

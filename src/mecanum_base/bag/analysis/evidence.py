@@ -42,8 +42,12 @@ class Evidence:
 def evidence_of(paths: str | list[str], robot: Robot, encoder_topic: str | None = None,
                 imu_topic: str | None = None, use_imu: bool = True,
                 truth_topic: str | None = None,
-                step: Callable[[float], None] | None = None) -> Evidence:
-    """Read a recording; BagError without usable encoder messages, ConfigError for carriers."""
+                step: Callable[[float], None] | None = None,
+                truth_frame: str | None = None) -> Evidence:
+    """Read a recording; ``truth_frame``: parent of the base where /tf is the truth.
+
+    BagError without usable encoder messages, ConfigError for carriers.
+    """
     if not isinstance(robot.base, Wheels):
         raise ConfigError('carriers', '...', 'doctor and calibrate know roller wheels only')
     recording = load(paths, robot.base.joint, step)
@@ -58,7 +62,8 @@ def evidence_of(paths: str | list[str], robot: Robot, encoder_topic: str | None 
     truth = truth_series(recording, truth_topic)
     return Evidence(robot, motion,
                     gyro_motion(imu, robot, turned=False) if imu is not None else None,
-                    track_of(truth) if truth is not None else None, _commands(recording))
+                    track_of(truth, truth_frame) if truth is not None else None,
+                    _commands(recording))
 
 
 def _commands(recording: Recording) -> Track | None:
