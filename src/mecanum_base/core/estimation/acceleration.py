@@ -11,7 +11,7 @@ import os
 import zlib
 from collections.abc import Callable
 from importlib import resources
-from typing import Any, TypeVar, cast
+from typing import Any, Literal, TypeVar, cast
 
 from mecanum_base.core.parameter import FloatArray, IntArray
 
@@ -57,10 +57,23 @@ def kernel(function: Kernel) -> Kernel:
 
     What is cached carries the state of the sources in its name: changed sources compile anew.
     """
+    return _compiled(function, 'never')
+
+
+def part(function: Kernel) -> Kernel:
+    """A kernel that is taken whole into those that call it.
+
+    For what every reading passes through: handing over the tuples costs more than it does.
+    """
+    return _compiled(function, 'always')
+
+
+def _compiled(function: Kernel, inline: Literal['never', 'always']) -> Kernel:
     if not COMPILED:
         return function
     function.__qualname__ = f'{function.__qualname__}_{_STATE}'
-    return cast(Kernel, njit(cache=True, nogil=True, error_model='numpy')(function))
+    return cast(Kernel, njit(cache=True, nogil=True, error_model='numpy',
+                             inline=inline)(function))
 
 
 def _unowned(context: Any, whole: Any) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.estimation.geometry import carrier_rows
 from mecanum_base.core.estimation.hindsight import (
     account,
@@ -96,7 +96,7 @@ def predict(model: Model, memory: Memory, now: int) -> None:
     spread(model, memory)
 
 
-@kernel
+@part
 def evened(memory: Memory, step: float, span: float) -> float:
     """``span`` [s] without stamp jitter, where frames come at a steady rate of about ``step``."""
     m = memory.m
@@ -109,7 +109,7 @@ def evened(memory: Memory, step: float, span: float) -> float:
     return whole if abs(span - whole) < EVEN * period else span
 
 
-@kernel
+@part
 def allow_calm(model: Model, memory: Memory) -> None:
     """May the frames to come be calm? All wheels grip, for some time, and none is forced."""
     m, each = memory.m, memory.each
@@ -123,7 +123,7 @@ def allow_calm(model: Model, memory: Memory) -> None:
     m[CALM] = 1.0
 
 
-@kernel
+@part
 def calm(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, span: float) -> bool:
     """True where a frame says nothing new: all grip, hardly any traction, small residuals.
 
@@ -144,7 +144,7 @@ def calm(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, span: f
     return True
 
 
-@kernel
+@part
 def still(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, step: float) -> bool:
     """Do the wheels keep their place? Ends a standstill where they do not; True while it lasts."""
     m, each = memory.m, memory.each
@@ -210,7 +210,7 @@ def step_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
     return (slipping_set(memory, model.wheels) & ~before) != 0
 
 
-@kernel
+@part
 def sound(memory: Memory) -> bool:
     """Is every number of the state finite and every variance positive?
 

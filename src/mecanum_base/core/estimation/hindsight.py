@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import math
 
-from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.estimation.layout import (
     BAX,
     BAY,
@@ -76,7 +76,7 @@ HIDDEN_SIGMAS = 4.0
 HIDDEN_CREEP = 0.012  # s, creep of wheels that grip, per acceleration
 
 
-@kernel
+@part
 def record(memory: Memory, now: int, kind: int) -> int:
     """Put one reading on the tape: the row of it that its values belong in."""
     count = memory.reel[REEL_COUNT]
@@ -87,7 +87,7 @@ def record(memory: Memory, now: int, kind: int) -> int:
     return int(at)
 
 
-@kernel
+@part
 def keep(memory: Memory, now: int) -> None:
     """Take a snapshot when the last one is old enough; to be called before a frame is used."""
     reel = memory.reel
@@ -111,7 +111,7 @@ def forget(memory: Memory) -> None:
         memory.kept_ns[slot, 1] = -TAPE - 1
 
 
-@kernel
+@part
 def close_gap(memory: Memory, dt: float) -> None:
     """Let the published pose run into that of the filter, without a step: odom is continuous."""
     m = memory.m
@@ -124,7 +124,7 @@ def close_gap(memory: Memory, dt: float) -> None:
     m[GAP_YAW] = share * yaw if abs(yaw) > 1e-9 else 0.0
 
 
-@kernel
+@part
 def slipping_set(memory: Memory, wheels: int) -> int:
     """The wheels that slip now, as bits."""
     found = 0
@@ -150,14 +150,14 @@ def usable(memory: Memory, now: int, youngest: int, oldest: int) -> int:
     return -1
 
 
-@kernel
+@part
 def corrected(memory: Memory) -> tuple[float, float, float, float, float, float, float]:
     """What a frame may correct: pose, velocity and offset of the accelerometer."""
     s = memory.s
     return s[PX], s[PY], s[YAW], s[VX], s[VY], s[BAX], s[BAY]
 
 
-@kernel
+@part
 def account(memory: Memory, T: float, px: float, py: float, yaw: float, vx: float, vy: float,
             bx: float, by: float) -> None:
     """Sum up, in odom axes, what this frame has corrected since these were :func:`corrected`.
@@ -224,7 +224,7 @@ def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray)
             slips[i] = 1.0
 
 
-@kernel
+@part
 def suspect(model: Model, memory: Memory, now: int, slips: FloatArray) -> int:
     """Snapshot to go back to because of hidden slip, or -1; marks the wheels in ``slips`` (W,)."""
     if abs(memory.m[FIX_VX]) + abs(memory.m[FIX_VY]) == 0.0:

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 
-from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.estimation.layout import (
     ACC_X,
     ACC_Y,
@@ -60,7 +60,7 @@ _SERIES = 1e-4  # rad; below it the series is exact to rounding
 _SHAKE_TIME = 0.25  # s over which vibration is averaged
 
 
-@kernel
+@part
 def move(memory: Memory, turn: float, push_x: float, push_y: float, dt: float) -> None:
     """Carry pose and velocity by ``dt`` [s]: yaw increment [rad], specific velocity [m/s]."""
     s, m = memory.s, memory.m
@@ -118,7 +118,7 @@ def carry(model: Model, memory: Memory, now: int) -> None:
     move(memory, turn, push_x, push_y, dt)
 
 
-@kernel
+@part
 def read_imu(model: Model, memory: Memory, now: int, gyro: float, ax: float, ay: float) -> None:
     """Take the IMU reading of stamp ``now``: gyro z and specific force x, y in base axes.
 

@@ -17,7 +17,7 @@ of the measurement. Axes that read exactly 0 or nothing are not measured. Angles
 
 from __future__ import annotations
 
-from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.estimation.layout import (
     BAX,
     BAY,
@@ -48,7 +48,7 @@ REST_UNKNOWN = 0.05  # rad/s, how far they are off before the first standstill
 LASTING = 1.0  # s over which a wrong rate stays the same
 
 
-@kernel
+@part
 def turn_offset(memory: Memory, turn: float) -> None:
     """Turn the gravity part of the accelerometer's offset with the base, by ``turn`` rad."""
     s = memory.s
@@ -57,7 +57,7 @@ def turn_offset(memory: Memory, turn: float) -> None:
     s[BAY] = by - turn * (bx - s[BSX])
 
 
-@kernel
+@part
 def follow(memory: Memory, roll: float, pitch: float, dt: float) -> None:
     """Take the rates about x and y [rad/s] of one reading that stands for ``dt`` s."""
     m = memory.m
@@ -79,7 +79,7 @@ def follow(memory: Memory, roll: float, pitch: float, dt: float) -> None:
         m[LEAN_ZZ] = zz + wz * spin
 
 
-@kernel
+@part
 def wander(model: Model, memory: Memory) -> float:
     """Variance (m/s^2)^2 a second by which tilt changes unseen; sets the gain of the gyro axes."""
     m = memory.m

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.estimation.layout import (
     ANGLE,
     BG,
@@ -54,7 +54,7 @@ def row_size(wheels: int) -> int:
     return WHEELS + 4 * wheels + 1
 
 
-@kernel
+@part
 def remember(model: Model, memory: Memory) -> None:
     """Keep travel and slid travel of this frame for the ratio window."""
     clock = memory.clock
@@ -74,7 +74,7 @@ def remember(model: Model, memory: Memory) -> None:
         past[at, 1 + w + i] = each[ANGLE, i]
 
 
-@kernel
+@part
 def ratios(model: Model, memory: Memory, first: int) -> None:
     """Tlale's s (T eq. 4) per wheel, then of the body along the wheels' claim: W + 1 entries."""
     w = model.wheels
@@ -106,7 +106,7 @@ def ratios(model: Model, memory: Memory, first: int) -> None:
         entry[first + w] = 1.0 - (claim_x * lost_x + claim_y * lost_y) / size
 
 
-@kernel
+@part
 def slipping(slip: float, sigma: float) -> float:
     """Probability that a wheel slides faster than THRESHOLD, from its slip speed and sigma.
 
@@ -134,7 +134,7 @@ def describe(model: Model, memory: Memory, row: FloatArray) -> None:
         row[TWIST + 2] = m[WZ]
 
 
-@kernel
+@part
 def judged(model: Model, memory: Memory) -> None:
     """Fill memory.row with all but the motion: covariances and slip, and a twist of 0."""
     w = model.wheels

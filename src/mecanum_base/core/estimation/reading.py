@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.estimation.frame import allow_calm, step_frame, step_imu
 from mecanum_base.core.estimation.hindsight import (
     OLDEST,
@@ -44,7 +44,7 @@ from mecanum_base.core.estimation.trail import mark
 from mecanum_base.core.parameter import FloatArray
 
 
-@kernel
+@part
 def take_imu(model: Model, memory: Memory, now: int, gyro: float, ax: float, ay: float,
              roll: float, pitch: float) -> None:
     """Use one IMU reading in base axes: gyro z, specific force x, y, gyro x, y; NaN = missing."""

@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.estimation.layout import (
     ANGLE,
     FLAT,
@@ -55,7 +55,7 @@ GLIDE_RATE = 0.3  # s in which doubt reaches half the slip speed
 UNHELD = 0.3  # share of a direction held by gripping wheels below which it counts as unheld
 
 
-@kernel
+@part
 def measure(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: float) -> None:
     """Slip speed, slip travel and the slope ring from the step of travel (W,) over T [s]."""
     m, s, each, axis = memory.m, memory.s, memory.each, memory.axis
@@ -89,7 +89,7 @@ def measure(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: f
         each[ANGLE, i] += slid
 
 
-@kernel
+@part
 def watch_slope(model: Model, memory: Memory) -> None:
     """Which wheels' slip speed has stopped changing: means over the last two spans of frames."""
     clock = memory.clock
@@ -134,7 +134,7 @@ def frictionless(memory: Memory, T: float) -> float:
     return float((0.5 * slides.max()) ** 2 * T / GLIDE_RATE)
 
 
-@kernel
+@part
 def unlock(model: Model, memory: Memory, T: float) -> None:
     """Let the velocity grow uncertain along directions that no gripping wheel holds."""
     m, P = memory.m, memory.P
@@ -169,7 +169,7 @@ def unlock(model: Model, memory: Memory, T: float) -> None:
     P[VY, VY] += grow * ey * ey
 
 
-@kernel
+@part
 def uncertainty(model: Model, memory: Memory) -> None:
     """Standard deviation (W,) m/s of each slip speed: sigma^2 = A_i P_v A_i' + (5 mm/s)^2."""
     P, axis = memory.P, memory.axis

@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.estimation.layout import (
     B_G,
     B_GG,
@@ -173,14 +173,14 @@ def blocks_quiet(model: Model, memory: Memory) -> bool:
     return True
 
 
-@kernel
+@part
 def familiar(memory: Memory, index: int, mean: float, slack: float) -> bool:
     """Is the mean of a block what the bias ``index`` lets expect?"""
     return bool(abs(mean - memory.x[index])
                 < 4.0 * math.sqrt(float(memory.P[index, index])) + slack)
 
 
-@kernel
+@part
 def watch(model: Model, memory: Memory, gyro: float, ax: float, ay: float, roll: float,
           pitch: float, dt: float) -> None:
     """Take one IMU reading into the blocks; enter, feed or leave the standstill."""

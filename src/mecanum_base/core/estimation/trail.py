@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.acceleration import part
 from mecanum_base.core.estimation.hindsight import LONG, TAPE
 from mecanum_base.core.estimation.layout import (
     BAY,
@@ -45,7 +45,7 @@ def row_width(wheels: int) -> int:
     return WHEELS + 3 * wheels
 
 
-@kernel
+@part
 def expect(memory: Memory) -> None:
     """Note what is expected of the frame that is about to be judged, if there is room."""
     count = memory.reel[REEL_ROWS]
@@ -56,7 +56,7 @@ def expect(memory: Memory) -> None:
     row[P_BEFORE:FLAGS].reshape((S, S))[:, :] = memory.P[:S, :S]
 
 
-@kernel
+@part
 def mark(memory: Memory) -> None:
     """Write the row of the frame just used, if there is room."""
     count = memory.reel[REEL_ROWS]

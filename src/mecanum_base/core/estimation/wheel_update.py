@@ -22,7 +22,7 @@ import math
 
 import numpy as np
 
-from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.estimation.layout import (
     EXTRA,
     FLAT,
@@ -54,7 +54,7 @@ LATE_SIGMA = 0.006  # s, size of a late stamp
 MISSING = 1.0  # m^2, variance that stands for a wheel without a reading
 
 
-@kernel
+@part
 def rolling_speed(memory: Memory, wheels: int) -> FloatArray:
     """Travel per second (W,) m/s of each wheel if it rolls with the present twist."""
     x = memory.x
@@ -90,7 +90,7 @@ def log_likelihood(S: FloatArray, r: FloatArray) -> FloatArray:
     return total
 
 
-@kernel
+@part
 def correct(memory: Memory, wheels: int, r: FloatArray, S: FloatArray, inverse: FloatArray,
             loose: bool) -> None:
     """Plain update by all wheels; ``inverse`` of S; ``loose``: some travel has extra variance."""
@@ -177,7 +177,7 @@ def foresee(model: Model, memory: Memory, T: float) -> FloatArray:
     return prior
 
 
-@kernel
+@part
 def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: float) -> bool:
     """Use the travel z (W,) of one frame, ``valid`` 1 where it is known; True on the short path.
 
