@@ -1,7 +1,7 @@
 """A recording in portions for the estimator, and each portion handed to it in as few calls as can.
 
-What is plain goes in by columns, one call for thousands of samples; what may need care (late or
-doubtful stamps, missing wheels, poses given from outside) goes in one by one, and so does what
+What is plain goes in by columns, one call for thousands of samples; what may need care (doubtful
+stamps, missing wheels, poses given from outside) goes in one by one, and so does what
 the estimator does not take by columns. The estimates are the same either way.
 """
 
@@ -16,7 +16,7 @@ from mecanum_base.bag.reader import Bag
 from mecanum_base.bag.stream import Batch, SampleReader, joined_batches
 from mecanum_base.bag.topics import Topics
 from mecanum_base.core.estimation.acceleration import COMPILED
-from mecanum_base.core.estimation.ordering import FAR_NS
+from mecanum_base.core.estimation.ordering import BACK_NS, FAR_NS
 from mecanum_base.core.estimation.stretch import Rows, take
 from mecanum_base.core.parameter import IntArray
 from mecanum_base.core.records import Estimate
@@ -26,7 +26,6 @@ from mecanum_base.intake import Intake
 # the other threads; plain, a short portion keeps the progress line alive.
 SIZE = 16384 if COMPILED else 1
 _FEW = 64  # inputs that are not worth a second try by columns
-_NANOSECONDS = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,9 +67,8 @@ def feed(portion: Portion, intake: Intake) -> Iterator[Rows | tuple[Estimate, ..
         intake.estimator.reject(stream, reason)
     portion.batch.tell_commands(intake)
     batch, at = portion.batch, 0
-    wait = round(intake.robot.estimator.reorder_wait * _NANOSECONDS)
     while at < len(batch):
-        odd, stop = _odd(batch, at, intake.estimator.newest_ns, wait)
+        odd, stop = _odd(batch, at, intake.estimator.newest_ns)
         for index in odd.tolist():
             yield from _by_columns(batch.part(at, index), intake, False)
             yield from batch.part(index, index + 1).feed(intake)
@@ -96,7 +94,7 @@ def _by_columns(part: Batch, intake: Intake, last: bool) -> Iterator[Rows | tupl
         yield from _by_columns(part.part(half, len(part)), intake, last)
 
 
-def _odd(batch: Batch, at: int, newest: int | None, wait: int) -> tuple[IntArray, int]:
+def _odd(batch: Batch, at: int, newest: int | None) -> tuple[IntArray, int]:
     """Inputs from ``at`` on that need care, and how far that can be said: to the first stamp far
     ahead, which may be wrong, else to the end."""
     stamp, care = batch.stamp_ns[at:], batch.care[at:]
@@ -104,7 +102,7 @@ def _odd(batch: Batch, at: int, newest: int | None, wait: int) -> tuple[IntArray
     newest_before = np.maximum.accumulate(np.concatenate(([first], stamp)))[:-1]
     far = np.flatnonzero(stamp > newest_before + FAR_NS)
     stop = int(far[0]) + 1 if len(far) else len(stamp)
-    odd = care[:stop] | (stamp[:stop] < newest_before[:stop] - wait)
+    odd = care[:stop] | (stamp[:stop] < newest_before[:stop] - BACK_NS)
     if len(far):
         odd[-1] = True
     found: IntArray = at + np.flatnonzero(odd)

@@ -1,13 +1,15 @@
 """A stretch of a recording at once: what :class:`.estimator.Estimator` does, by columns.
 
 Merging by stamp, unwrapping and range checks are done for all samples of the stretch together;
-then one kernel runs the filter over them. Anything out of the ordinary (late or doubtful stamps,
-missing wheels, jumps, absurd readings) is left to the estimator's own ``handle``, sample by
-sample: :func:`take` then returns None and has changed nothing. Both ways give the same numbers.
+then one kernel runs the filter over them. Anything out of the ordinary (doubtful stamps, a clock
+that may have gone back, missing wheels, jumps, absurd readings) is left to the estimator's own
+``handle``, sample by sample: :func:`take` then returns None and has changed nothing. Both ways
+give the same numbers.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -24,7 +26,7 @@ from mecanum_base.core.estimation.estimator import (
     in_base,
 )
 from mecanum_base.core.estimation.layout import FRAME, IMU
-from mecanum_base.core.estimation.ordering import FAR_NS
+from mecanum_base.core.estimation.ordering import BACK_NS, FAR_NS
 from mecanum_base.core.estimation.output import (
     BODY,
     POSE_COV,
@@ -117,9 +119,10 @@ def take(estimator: Estimator, stretch: Stretch, last: bool = False) -> Rows | N
                      _at(stretch.frame_ns, stretch.index))
     first = int(stamp[0]) if order._newest is None else order._newest
     newest = np.maximum.accumulate(np.concatenate((np.array([first], dtype=np.int64), stamp)))
-    if (stamp < newest[:-1] - order._wait).any() or (stamp > newest[:-1] + FAR_NS).any():
+    if (stamp < newest[:-1] - BACK_NS).any() or (stamp > newest[:-1] + FAR_NS).any():
         return None
-    whole = _merged(items, stretch, estimator._filter.model.wheels)
+    late = stamp < newest[:-1] - order._wait
+    whole = _merged(items, _some(stretch, np.flatnonzero(~late)), estimator._filter.model.wheels)
     kind = whole.kind
     stamp = np.where(kind == IMU, _at(whole.imu_ns, whole.index), _at(whole.frame_ns, whole.index))
     sequence = np.lexsort((kind, stamp))  # stable: equal ones stay in order of arrival
@@ -136,10 +139,11 @@ def take(estimator: Estimator, stretch: Stretch, last: bool = False) -> Rows | N
         sample = _sample(whole, int(place))
         order._put(sample.stamp_ns, ORDER[type(sample)], sample)
     stream = 'wheel_ticks' if whole.ticks else 'joint_states'
-    for name, count in (('imu', np.sum(stretch.kind == IMU)),
-                        (stream, np.sum(stretch.kind == FRAME))):
-        if count:
-            estimator._counters.received[name] += int(count)
+    for name, ours in (('imu', stretch.kind == IMU), (stream, stretch.kind == FRAME)):
+        if ours.any():
+            estimator._counters.received[name] += int(np.sum(ours))
+        if (ours & late).any():
+            estimator._counters.rejected[name, 'late'] += int(np.sum(ours & late))
     return _run(estimator, whole, settled, stamp[settled], push, turned, stream)
 
 
@@ -210,6 +214,11 @@ def _at(column: IntArray, index: IntArray) -> IntArray:
         return np.zeros(len(index), dtype=np.int64)
     found: IntArray = column[np.minimum(index, len(column) - 1)]
     return found
+
+
+def _some(stretch: Stretch, chosen: IntArray) -> Stretch:
+    """The stretch with these of its samples only."""
+    return dataclasses.replace(stretch, kind=stretch.kind[chosen], index=stretch.index[chosen])
 
 
 def _merged(items: list[Sample], stretch: Stretch, wheels: int) -> Stretch:
