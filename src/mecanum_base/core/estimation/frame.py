@@ -48,6 +48,7 @@ from mecanum_base.core.estimation.layout import (
 )
 from mecanum_base.core.estimation.lean import follow
 from mecanum_base.core.estimation.model import Model
+from mecanum_base.core.estimation.obstacle import stop_at_obstacle
 from mecanum_base.core.estimation.propagation import spread
 from mecanum_base.core.estimation.slip import measure, uncertainty, unlock, watch_slope
 from mecanum_base.core.estimation.standstill import leave, watch
@@ -205,6 +206,7 @@ def step_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
     measure(model, memory, z, valid, span)
     watch_slope(model, memory)
     unlock(model, memory, span)
+    stop_at_obstacle(model, memory, span)
     uncertainty(model, memory)
     allow_calm(model, memory)
     return (slipping_set(memory, model.wheels) & ~before) != 0

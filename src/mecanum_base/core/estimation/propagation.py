@@ -27,6 +27,8 @@ from mecanum_base.core.estimation.layout import (
     BG,
     BSX,
     BSY,
+    EVEN_AX,
+    EVEN_AY,
     EXTRA,
     HAVE_ACCEL,
     HAVE_GYRO,
@@ -63,6 +65,10 @@ from mecanum_base.core.estimation.layout import (
 )
 from mecanum_base.core.estimation.lean import wander
 from mecanum_base.core.estimation.model import Model
+
+# traction that makes gripping wheels creep: a knock is none, nor is what no wheel can give
+EVEN_TIME = 0.1  # s
+KNOCK, LASTING, HARDEST = 0.7, 1.5, 3.0  # m/s^2, times the even acceleration, m/s^2
 
 
 @kernel
@@ -119,7 +125,11 @@ def spread(model: Model, memory: Memory) -> None:
     m[SLOW_W] += share * (turn / T - m[SLOW_W])
     m[SLOW_VX] += share * (vx - m[SLOW_VX])
     m[SLOW_VY] += share * (vy - m[SLOW_VY])
-    push = math.hypot(ax, ay)
+    share = T / (T + EVEN_TIME)
+    m[EVEN_AX] += share * (ax - m[EVEN_AX])
+    m[EVEN_AY] += share * (ay - m[EVEN_AY])
+    push = min(math.hypot(ax, ay), HARDEST,
+               KNOCK + LASTING * math.hypot(m[EVEN_AX], m[EVEN_AY]))
     trust = 1.0
     if m[LOCKED_FOR] > model.patience:
         trust += 400.0 * (m[LOCKED_FOR] - model.patience)

@@ -44,6 +44,7 @@ from mecanum_base.core.estimation.layout import (
     Memory,
 )
 from mecanum_base.core.estimation.model import Model
+from mecanum_base.core.estimation.obstacle import held
 from mecanum_base.core.parameter import FloatArray
 
 SMOOTHING = 0.012  # s
@@ -126,7 +127,9 @@ def frictionless(memory: Memory, T: float) -> float:
     turning = np.abs(wheel[STEP]).max() > 0.05
     if flat > 0.0 and turning and slides.max() > 0.1:
         push = math.hypot(float(m[SLOW_AX]), float(m[SLOW_AY]))
-        m[GLIDING] += T / GLIDE_TIME + max(0.0, push - GLIDE_PUSH) * T / GLIDE_SPEED
+        if not held(memory):
+            m[GLIDING] += T / GLIDE_TIME
+        m[GLIDING] += max(0.0, push - GLIDE_PUSH) * T / GLIDE_SPEED
     else:
         m[GLIDING] = 0.0
     if m[GLIDING] < 1.0:

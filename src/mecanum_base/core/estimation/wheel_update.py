@@ -45,12 +45,14 @@ from mecanum_base.core.estimation.layout import (
     Memory,
 )
 from mecanum_base.core.estimation.model import Model
+from mecanum_base.core.estimation.obstacle import held
 from mecanum_base.core.parameter import FloatArray
 
 NEGLIGIBLE = 0.03  # a hypothesis this improbable moves nothing: doubt repeated is no evidence
 CALM = 2.0  # standard deviations of a residual that is not worth a covariance step
 SURE = 0.99  # probability of grip above which the short path is taken
 LATE_SIGMA = 0.006  # s, size of a late stamp
+HELD_FACTOR = 1e-3  # for gripping again while something holds the base and slip stays the same
 MISSING = 1.0  # m^2, variance that stands for a wheel without a reading
 
 
@@ -158,10 +160,18 @@ def foresee(model: Model, memory: Memory, T: float) -> FloatArray:
     p = memory.mode
     step = min(T, 0.1)
     prior = p + step * (p @ model.change)
+    stands = held(memory)
+    everything = memory.wheel[PROBABILITY].min() > 0.5
     for i in range(model.wheels):
         factor = 1.0
-        if memory.wheel[PROBABILITY, i] > 0.5 and memory.wheel[FLAT, i] == 0.0:
-            factor = model.regrip_factor
+        if memory.each[PROBABILITY, i] > 0.5:
+            if memory.each[FLAT, i] == 0.0:
+                factor = model.regrip_factor
+            if stands:
+                factor *= HELD_FACTOR
+            if everything:  # velocity is known from the IMU alone: its error is the same tomorrow
+                off = memory.each[SLIP, i] / memory.each[SIGMA, i]
+                factor *= math.exp(-0.5 * min(max(off * off - 1.0, 0.0), 40.0))
         over = abs(float(memory.wheel[SLIP, i])) - model.creep_limit
         if over > 0.0:  # no wheel creeps this fast and still grips
             over /= max(model.creep_edge, float(memory.wheel[SIGMA, i]))

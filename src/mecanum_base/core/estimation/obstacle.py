@@ -1,0 +1,94 @@
+"""A base that something holds while all its wheels slide on.
+
+    u = A+ s / |A+ s|          0 = u . v + noise,  noise of 5 cm/s
+
+s slip speeds of the wheels (W,) m/s, A+ the least-squares inverse, v velocity of the base. Wheels
+that slide push the base with their friction. Where all of them turn and slide, their slip stays
+the same and the base gains no speed along it, something must balance that push: a wall, a step,
+a load. Then the base stands in that direction, and no wheel grips before its slip has changed.
+It is believed only where the velocity known from the impact agrees, and is far from the speed
+that the wheels claim. Not modelled: a load that gives way slowly (5 cm/s are allowed for).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.layout import (
+    EVEN_AX,
+    EVEN_AY,
+    FLAT,
+    HELD_FOR,
+    PROBABILITY,
+    SLIP,
+    SLOPE,
+    STEP,
+    VX,
+    VY,
+    Memory,
+)
+from mecanum_base.core.estimation.model import Model
+
+SLOWEST = 0.05  # m/s, the fastest wheel of a base that is held turns at least like this
+LEAST_SLIP = 0.1  # m/s
+PUSH = 0.2  # m/s^2 of acceleration along the slip that still counts as none
+TIME = 0.08  # s beyond the time that tells that slip does not change
+NOISE = 0.05  # m/s
+AGREES = 1.5  # standard deviations of the velocity along the slip
+MARGIN = 8.0  # squared standard deviations by which standing must beat gripping
+
+
+@kernel
+def held(memory: Memory) -> bool:
+    """Is something in the way of the base?"""
+    return bool(memory.m[HELD_FOR] >= TIME)
+
+
+@kernel
+def slides_evenly(model: Model, memory: Memory) -> bool:
+    """Do all wheels slide, with slip speeds that do not change, and does one of them turn?"""
+    each = memory.each
+    turns = False
+    for i in range(model.wheels):
+        if each[PROBABILITY, i] <= 0.5 or each[FLAT, i] == 0.0:
+            return False
+        turns = turns or abs(each[STEP, i]) > SLOWEST
+    return turns
+
+
+@kernel
+def stop_at_obstacle(model: Model, memory: Memory, T: float) -> None:
+    """Find out, T s after the last frame, whether the base is held; its velocity then is 0."""
+    m, x, P = memory.m, memory.x, memory.P
+    if not slides_evenly(model, memory):
+        m[HELD_FOR] = 0.0
+        return
+    lost = model.inverse @ memory.wheel[SLIP]
+    size = max(1e-3, math.hypot(lost[0], lost[1]))
+    ux, uy = float(lost[0]) / size, float(lost[1]) / size
+    if abs(ux * m[EVEN_AX] + uy * m[EVEN_AY]) > PUSH:
+        m[HELD_FOR] = 0.0
+        return
+    column = ux * P[:, VX] + uy * P[:, VY]
+    variance = float(ux * column[VX] + uy * column[VY])
+    speed = float(ux * x[VX] + uy * x[VY])
+    agrees = speed * speed < AGREES * AGREES * variance
+    if m[HELD_FOR] < TIME and (size < LEAST_SLIP or not agrees
+                               or speed * speed > size * size - MARGIN * variance):
+        m[HELD_FOR] = 0.0
+        return
+    m[HELD_FOR] += T
+    if m[HELD_FOR] < TIME or variance < NOISE * NOISE or not agrees:
+        return
+    gain = column / (variance + NOISE * NOISE)
+    x[:] -= speed * gain
+    P[:, :] -= np.outer(gain, column)
+    vx, vy = speed * float(gain[VX]), speed * float(gain[VY])
+    for i in range(model.wheels):  # the slope of slip must not see this step
+        change = memory.axis[i, 0] * vx + memory.axis[i, 1] * vy
+        memory.each[SLIP, i] += change
+        for k in range(2 * SLOPE):
+            memory.slope[k, i] += change
