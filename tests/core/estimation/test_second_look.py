@@ -17,8 +17,13 @@ from staged_drive import (
     summed,
 )
 
+from mecanum_base.core.estimation.assembly import memory_of, model_of
+from mecanum_base.core.estimation.hindsight import SLOTS, keep, usable
+from mecanum_base.core.estimation.layout import CALM, FORCED, REEL_SLOT
 from mecanum_base.core.estimation.odometry import WheelOdometry
-from mecanum_base.core.estimation.sensors import EncoderConfig
+from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
+from mecanum_base.core.estimation.standstill import settle
+from mecanum_base.core.estimation.tuning import EstimatorConfig
 from mecanum_base.core.records import PoseSample
 
 REST = (0.9, (0.0, 0.0, 0.0))
@@ -96,3 +101,35 @@ def test_a_base_that_stands_does_not_move_in_odom_while_it_learns_its_biases():
     assert len(at_rest) > 50
     place = np.array([e.pose[:2] for e in at_rest])
     assert np.ptp(place, axis=0).max() < 1e-4  # the last corrections while driving run out
+
+
+def parts():
+    """Constants and memory of the filter at its start."""
+    base, tuning = estimator()._base, EstimatorConfig()
+    model = model_of(base, EncoderConfig(counts_per_revolution=4096.0), ImuConfig(), tuning)
+    return model, memory_of(base, model, tuning)
+
+
+@pytest.mark.parametrize('forced, calm', [(0.0, 1.0), (1.0, 0.0)])
+def test_frames_taken_once_more_are_all_judged_even_after_a_standstill(forced, calm):
+    model, memory = parts()
+    memory.wheel[FORCED, 2] = forced  # as in a second look
+    settle(memory, 4, np.zeros(4), model.resolution)
+    assert memory.m[CALM] == calm
+
+
+def test_the_snapshot_found_is_the_oldest_one_of_the_age_asked_for():
+    _, memory = parts()
+    random = np.random.default_rng(5)
+    now, kept = T0, []
+    for _ in range(400):  # frames about every 20 ms, some lost; the ring comes round
+        now += int(random.integers(1, 4)) * 10_000_000
+        before = memory.reel[REEL_SLOT]
+        keep(memory, now)
+        if memory.reel[REEL_SLOT] != before:
+            kept = [*kept[-(SLOTS - 1):], (now, memory.reel[REEL_SLOT])]
+        for young, old in ((25, 150), (240, 320), (960, 1040), (240, 1920)):
+            able = [slot for stamp, slot in kept
+                    if young * 1_000_000 <= now - stamp <= old * 1_000_000]
+            assert usable(memory, now, young * 1_000_000, old * 1_000_000) == (
+                able[0] if able else -1)
