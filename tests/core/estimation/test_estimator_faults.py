@@ -247,3 +247,16 @@ def test_a_doubtful_stamp_that_the_end_of_the_data_drops_is_counted_too():
     health = subject.health
     assert health.rejected == {('joint_states', 'stamp far ahead'): 1}
     assert health.used['joint_states'] + 1 == health.received['joint_states']
+
+
+@pytest.mark.parametrize('place', [(3, 3), (21, 21)], ids=['velocity', 'travel'])
+def test_numbers_that_stop_being_finite_are_started_anew_at_the_last_pose(place):
+    subject = estimator()
+    samples = merged(IMU, WHEELS)
+    before = run(subject, samples[:400])  # estimates up to 1.3 s: it drives
+    subject._filter.memory.P[place] = math.nan
+    after = run(subject, samples[400:])
+    assert all(is_sound(estimate) for estimate in after)
+    jump = after[2].pose[:2] - before[-1].pose[:2]
+    assert np.hypot(*jump) < 0.1  # some frames at 0.4 m/s
+    assert after[2].pose_covariance[0, 0] > 0.5  # a metre of doubt

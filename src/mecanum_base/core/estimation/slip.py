@@ -48,6 +48,7 @@ from mecanum_base.core.estimation.obstacle import held
 from mecanum_base.core.parameter import FloatArray
 
 SMOOTHING = 0.012  # s
+DOUBTED = 0.2  # probability of a late stamp above which a step says nothing of slip yet
 FROZEN_STEP = 0.25  # counts a wheel may move in a frame and be frozen
 GLIDE_TIME = 4.0  # s of unchanging slip until it is doubted
 GLIDE_PUSH = 0.4  # m/s^2, acceleration that sliding wheels do not follow by chance
@@ -60,7 +61,7 @@ UNHELD = 0.3  # share of a direction held by gripping wheels below which it coun
 def measure(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: float) -> None:
     """Slip speed, slip travel and the slope ring from the step of travel (W,) over T [s]."""
     m, s, each, axis = memory.m, memory.s, memory.each, memory.axis
-    late = m[LATE] > 0.5
+    late = m[LATE] > DOUBTED
     waited = m[PENDING_T]
     m[PENDING_T] = waited + T if late else 0.0
     vx, vy, wz = s[VX], (1.0 + s[KY]) * s[VY], (1.0 + s[KL]) * m[WZ]

@@ -132,7 +132,7 @@ def mix(model: Model, memory: Memory, r: FloatArray, S: FloatArray, p: FloatArra
     dP = np.zeros((n, n))
     for m in range(len(p) + 1):
         weight = late if m == len(p) else p[m]
-        if weight <= NEGLIGIBLE:
+        if not weight > NEGLIGIBLE:  # nor where it is no number: then the filter starts anew
             continue
         weight = weight / total
         D = C.copy()
