@@ -1,6 +1,6 @@
 """Replay speed: the whole process against others that merely decode the same bag, in one run.
 
-    python tests/bench/bench_replay.py [--seconds 600] [--best-of 2]
+    python tests/bench/bench_replay.py [--seconds 600] [--best-of 2] [--doc docs/recordings.md]
 
 The bag holds encoders at 100 Hz and an IMU at 200 Hz. Given are wall and processor time of the
 whole process, start to end, the multiple of real time, and its largest memory. Of several runs the
@@ -109,6 +109,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--seconds', type=float, default=600.0, help='length of the recording')
     parser.add_argument('--best-of', type=int, default=2, help='runs of each')
+    parser.add_argument('--doc', type=pathlib.Path, help='document to put the table into')
     parser.add_argument('--make', metavar='DIR', help=argparse.SUPPRESS)
     options = parser.parse_args()
     seconds = options.seconds
@@ -121,9 +122,9 @@ def main():
         subprocess.run([sys.executable, __file__, '--make', place, '--seconds', str(seconds)],
                        check=True)
         bag, count = folder / 'bag' / 'bag.mcap', int((folder / 'count').read_text())
+        load = os.getloadavg()[0]
         print(f'{seconds:.0f} s of data, {count} messages, {bag.stat().st_size / 1e6:.1f} MB; '
-              f'Python {platform.python_version()}, {os.cpu_count()} cores, load '
-              f'{os.getloadavg()[0]:.1f}')
+              f'Python {platform.python_version()}, {os.cpu_count()} cores, load {load:.1f}')
         replay = [sys.executable, '-m', 'mecanum_base', 'replay', str(bag), '--robot',
                   str(folder / 'robot.yaml'), '--out', str(folder / 'out')]
         runs = {'mecanum replay, plain': (replay, False)}
@@ -133,6 +134,7 @@ def main():
             runs['mecanum replay, MECANUM_BASE_FAST=1'] = (replay, True)
         runs.update({name: ([sys.executable, '-c', code, str(bag)], False)
                      for name, code in OTHERS.items()})
+        rows = []
         print(f'{"":36s} {"wall s":>8s} {"cpu s":>8s} {"x real time":>12s} {"MB":>6s}')
         for name, (command, fast) in runs.items():
             found, why = best(command, fast, options.best_of)
@@ -142,7 +144,21 @@ def main():
             wall, cpu, memory = found
             print(f'{name:36s} {wall:8.2f} {cpu:8.2f} {seconds / wall:12.0f} {memory:6.0f}',
                   flush=True)
+            rows.append(f'| {name} | {wall:.1f} | {cpu:.1f} | {seconds / wall:.0f} '
+                        f'| {memory:.0f} |')
+    if options.doc:
+        put(options.doc, '\n'.join([
+            f'{seconds:.0f} s of data, {count} messages; {os.cpu_count()} cores, load of the '
+            f'computer {load:.1f}', '', '| | wall s | cpu s | x real time | MB |',
+            '| --- | --- | --- | --- | --- |', *rows]))
     return 0
+
+
+def put(doc, table):
+    """Replace what stands between the marks of a document."""
+    begin, end = '<!-- benchmark -->\n', '<!-- end of benchmark -->'
+    head, rest = doc.read_text().split(begin)
+    doc.write_text(head + begin + table + '\n' + end + rest.split(end)[1])
 
 
 if __name__ == '__main__':

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from mecanum_base.bag.analysis.findings import Finding, spans_where
@@ -34,13 +36,13 @@ def _jumps(topic: str, motion: WheelMotion, seconds: FloatArray, rate: FloatArra
     step = np.diff(motion.seconds)  # a stamp that comes late makes the next step too short
     rate = rate * (step / np.maximum(step, 0.7 * np.median(step)))[:, None]
     known = max_speed is not None and np.isfinite(max_speed).all()
-    limit = (_ABOVE * np.asarray(max_speed) if known
+    limit = (np.asarray(max_speed) if known
              else np.maximum(20.0 * np.percentile(np.abs(rate), 90, axis=0), 60.0))
     for wheel, joint in enumerate(motion.joints):
         before, after = motion.angle[:-1, wheel], motion.angle[1:, wheel]
         reset = (np.abs(before) > 1.0) & (np.abs(after) < 0.02 * np.abs(before)) & (
             np.abs(rate[:, wheel]) > limit[wheel])
-        fast = (np.abs(rate[:, wheel]) > limit[wheel]) & ~reset
+        fast = _leaps(np.abs(rate[:, wheel]), float(limit[wheel])) & ~reset
         if reset.any():
             found.append(Finding(
                 'warning', 'encoder_reset', f'{joint} starts again at zero',
@@ -56,9 +58,15 @@ def _jumps(topic: str, motion: WheelMotion, seconds: FloatArray, rate: FloatArra
                 f'{np.abs(rate[fast, wheel]).max():.0f} rad/s ({100 * share:.2f} % of all)',
                 'electrical noise, lost counts or a wrong counter width '
                 '(encoder.counter_bits); raise wheels.max_speed if the wheel really is that fast',
-                topic, spans_where(np.abs(rate[:, wheel]) > limit[wheel], seconds)[:20],
+                topic, spans_where(fast, seconds)[:20],
                 {'largest': float(np.abs(rate[fast, wheel]).max()), 'share': share}))
     return found
+
+
+def _leaps(rate: FloatArray, limit: float) -> Any:
+    """Flag (N,) of rates above the limit that are no wheel which spins on a little beyond it."""
+    around = np.maximum(np.append(rate[1:], 0.0), np.insert(rate[:-1], 0, 0.0))
+    return (rate > limit) & ((rate > _ABOVE * limit) | (around < 0.7 * rate))
 
 
 def _stuck(topic: str, motion: WheelMotion) -> list[Finding]:
