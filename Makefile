@@ -10,7 +10,7 @@ STAMP  := $(VENV)/.ready
 export ROS_PYTHON_CHECK_FIELDS := 1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint compiled pythons bench accuracy fuzz clean
+.PHONY: help setup demo test lint compiled pythons bench accuracy figures fuzz clean
 
 help:            ## this list
 	@awk -F':.*## ' '/^[a-z]+:.*## /{printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -47,6 +47,13 @@ bench: $(STAMP)  ## speed: estimator, replay, nodes, simulator
 
 accuracy: $(STAMP)  ## Monte Carlo accuracy over the scenarios (long)
 	@$(BIN)/python -m mecanum_base.accuracy --out $(OUT)/accuracy $(ACCURACY_ARGS)
+
+SLIP_AND_NONE := square,circle_spin,figure8,strafe,slope,carpet_tile,uneven,hard_accel,oil,ice_lane,wheel_lift,wheel_jam,pushed,collision
+figures: $(STAMP)  ## every figure and table of docs/estimator.md and docs/accuracy.md (long)
+	@$(BIN)/python tests/bench/estimator_picture.py
+	@$(BIN)/python tests/bench/smoothed_table.py --doc docs/estimator.md
+	@$(BIN)/python tests/bench/bench_estimator.py
+	@$(BIN)/python -m mecanum_base.accuracy --out $(OUT)/accuracy --seeds 20 --scenarios $(SLIP_AND_NONE)
 
 fuzz: $(STAMP)   ## 10 000 mutated bags (long)
 	@$(BIN)/python tests/fuzz/fuzz_bags.py $(FUZZ_ARGS)
