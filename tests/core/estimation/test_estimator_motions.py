@@ -23,6 +23,7 @@ from staged_drive import (
     wheel_angles,
 )
 
+from mecanum_base.core.estimation.layout import KL, KY, K
 from mecanum_base.core.estimation.sensors import EncoderConfig
 from mecanum_base.core.kinematics.wheels import Wheels
 from mecanum_base.core.platform.carriers import Carriers
@@ -179,3 +180,18 @@ def test_the_order_of_arrival_within_the_wait_changes_no_bit(seed):
             assert getattr(a, name).tobytes() == getattr(b, name).tobytes()
         assert a.slip.rate.tobytes() == b.slip.rate.tobytes()
         assert a.slip.probability.tobytes() == b.slip.probability.tobytes()
+
+
+def test_without_an_imu_scales_are_not_learnt_but_stay_doubtful():
+    # one radius is 1 % off: four wheels without a gyro cannot tell that from a lever or from slip
+    motion = staged((0.6, (0, 0, 0)), (4.0, (0.4, 0.2, 0.0)), (4.0, (0.0, 0.4, 0.5)))
+    angles = wheel_angles(motion)
+    angles[:, 1] *= 1.01
+    subject = estimator()
+    model, memory = subject._filter.model, subject._filter.memory
+    before = memory.x.copy(), memory.P.copy()
+    run(subject, frames(motion, angles))
+    scales = [KY, KL, *range(K, K + model.wheels)]
+    assert np.array_equal(memory.x[scales], before[0][scales])
+    assert np.allclose(memory.P[np.ix_(scales, scales)], before[1][np.ix_(scales, scales)],
+                       rtol=1e-12, atol=0.0)
