@@ -10,17 +10,22 @@ from mecanum_base.core.estimation.layout import (
     EVEN_AX,
     FLAT,
     HELD_FOR,
+    LATE,
     PROBABILITY,
+    SIGMA,
     SLIP,
     STEP,
     SUM_T,
     SUM_VX,
+    TRAVEL,
     VX,
     VY,
     K,
 )
 from mecanum_base.core.estimation.obstacle import held, stop_at_obstacle
 from mecanum_base.core.estimation.propagation import spread
+from mecanum_base.core.estimation.slip import measure
+from mecanum_base.core.estimation.wheel_update import foresee
 
 CLAIM = 0.5  # m/s
 HIT, BACK, END = 2.5, 7.5, 9.5  # s: impact, the wheels turn back, the end
@@ -133,6 +138,45 @@ def test_a_velocity_too_doubtful_to_tell_standing_from_gripping_decides_nothing(
     model, memory = sliding(sigma=0.2)  # 0.4 m/s of slip are two standard deviations
     frames_pass(model, memory)
     assert not held(memory)
+
+
+def grips_again(model, memory):
+    """Odds, before a frame is seen, of no wheel slipping any more against all of them."""
+    everything = model.member.min(axis=1) > 0.0
+    memory.mode[:] = everything / everything.sum()
+    prior = foresee(model, memory, 0.01)
+    return prior[0] / prior[everything].sum()
+
+
+def test_while_something_holds_the_base_grip_is_a_thousand_times_less_probable():
+    model, memory = sliding()
+    memory.wheel[SIGMA] = 10.0  # slip speeds within one sigma: nothing else speaks
+    free = grips_again(model, memory)
+    frames_pass(model, memory)
+    assert held(memory)
+    memory.wheel[SIGMA] = 10.0
+    assert grips_again(model, memory) == pytest.approx(1e-12 * free, rel=1e-9)
+
+
+def test_where_all_wheels_slip_a_speed_beyond_one_sigma_makes_grip_less_probable():
+    model, memory = sliding()
+    memory.wheel[SIGMA] = 10.0
+    free = grips_again(model, memory)
+    memory.wheel[SIGMA] = np.abs(memory.wheel[SLIP]) / 2.0
+    # by hand: each of four wheels at 2 sigma takes exp(-(4 - 1)/2); rounding only
+    assert grips_again(model, memory) == pytest.approx(math.exp(-6.0) * free, rel=1e-9)
+
+
+@pytest.mark.parametrize(('late', 'told'), [(0.0, True), (0.3, False)])
+def test_a_step_whose_stamp_may_be_late_says_nothing_of_slip_until_the_next_frame(late, told):
+    body = estimator()._filter
+    model, memory = body.model, body.memory
+    memory.m[LATE] = late
+    measure(model, memory, np.full(4, 0.002), np.ones(4), 0.01)  # 0.2 m/s, the base stands
+    assert bool(memory.wheel[SLIP].min() > 0.1) is told
+    memory.m[LATE] = 0.0
+    measure(model, memory, np.full(4, 0.002), np.ones(4), 0.01)  # the wheels have stopped
+    assert memory.wheel[TRAVEL] == pytest.approx([0.002] * 4)
 
 
 def test_a_knock_lets_gripping_wheels_creep_less_than_a_lasting_push_does():

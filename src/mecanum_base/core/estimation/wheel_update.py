@@ -170,7 +170,7 @@ def foresee(model: Model, memory: Memory, T: float) -> FloatArray:
                 factor = model.regrip_factor
             if stands:
                 factor *= HELD_FACTOR
-            if everything:  # velocity is known from the IMU alone: its error is the same tomorrow
+            if everything:  # velocity from the IMU alone: its error is the same in the next frame
                 off = memory.each[SLIP, i] / memory.each[SIGMA, i]
                 factor *= math.exp(-0.5 * min(max(off * off - 1.0, 0.0), 40.0))
         over = abs(float(memory.wheel[SLIP, i])) - model.creep_limit
