@@ -72,6 +72,22 @@ def test_a_verb_that_writes_nothing_just_says_so(words, monkeypatch, capsys):
     assert capsys.readouterr() == ('', f'mecanum {words[0]}: interrupted\n')
 
 
+IN_EXEC = """
+import sys
+from mecanum_base.cli import doctor
+from mecanum_base.cli.main import main
+doctor.run = lambda options: exec('raise KeyboardInterrupt')
+sys.exit(main(['doctor', 'x', '--robot', 'y']))
+"""
+
+
+def test_an_interrupt_inside_an_exec_ends_with_130_too(tmp_path):
+    (tmp_path / 'interrupted_in_exec.py').write_text(IN_EXEC)
+    done = subprocess.run([sys.executable, '-m', 'interrupted_in_exec'], cwd=tmp_path,
+                          capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (130, 'mecanum doctor: interrupted\n')
+
+
 def test_only_new_and_changed_files_are_called_incomplete(tmp_path):
     for name in ('old', 'changed'):
         (tmp_path / name).write_text('before')

@@ -6,6 +6,7 @@ a ramp in between, while commands keep arriving.
 """
 
 import signal
+import time
 
 import numpy as np
 import pytest
@@ -15,6 +16,8 @@ from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool
+
+from mecanum_base import robot_file
 
 SPEED = 0.4  # m/s = 8 rad/s
 JOINTS = ['front_left_wheel_joint', 'front_right_wheel_joint', 'rear_left_wheel_joint',
@@ -39,8 +42,18 @@ class Watcher:
 
     def drive(self):
         """Steer until all wheels run at full speed."""
-        self.outside.steer = lambda: self.publisher.publish(self.message)
+        self.outside.steer = self.steer
         self.outside.until(lambda: self.heard and min(self.rates(-1)) > 7.9999, 'full speed')
+
+    def steer(self):
+        """Send the command once."""
+        self.steered = time.time()
+        self.publisher.publish(self.message)
+
+    def sent(self, index):
+        """Stamp of a message [s], of the clock that :func:`time.time` shows."""
+        stamp = self.heard[index][1].header.stamp
+        return stamp.sec + stamp.nanosec * 1e-9
 
     def rates(self, index):
         return list(self.heard[index][1].velocity)
@@ -68,13 +81,18 @@ def test_time_out_disable_and_refused_parameter_stop_the_wheels(outside, start, 
     # time-out: full speed for a while after the last command, then a ramp, then zeros
     watcher.drive()
     watcher.stop_steering()
-    begin = len(watcher.heard)
+    begin = len(watcher.heard) - 1
     watcher.until_standing('standstill after silence')
-    speeds = np.array([watcher.rates(i)[0] for i in range(begin - 1, len(watcher.heard))])
-    assert speeds[:5] == pytest.approx(8.0, abs=1e-4) and (np.diff(speeds) <= 1e-12).all()
-    assert ((speeds > 0.5) & (speeds < 7.5)).sum() >= 3  # 0.13 s of ramp at 50 Hz
-    times = [t for t, _ in watcher.heard[begin:]]
-    assert 0.4 < times[-1] - times[0] < 5.0  # the time-out, not a stop at once
+    speeds = np.array([watcher.rates(i)[0] for i in range(begin, len(watcher.heard))])
+    times = np.array([watcher.sent(i) for i in range(begin, len(watcher.heard))])
+    assert (np.diff(speeds) <= 1e-12).all()
+    silence = times[speeds < 7.9] - watcher.steered
+    assert 0.45 < silence[0] and silence[-1] < 5.0  # the time-out of 0.5 s, not a stop at once
+    # a ramp: as much in each gap as the limit allows, in whole periods of 0.02 s; a busy machine
+    # makes gaps longer, a step to zero would come from full speed within one
+    robot = robot_file.load_robot(robot_path)
+    steepest = robot.drive.max_deceleration[0] / robot.base.radius[0]
+    assert (-np.diff(speeds) <= steepest * (np.diff(times) + 0.04)).all()
 
     # disable: zeros at once although commands keep coming; enable: a new command drives again
     watcher.drive()
@@ -143,7 +161,7 @@ def test_an_exception_in_a_callback_sends_zeros_and_ends_with_code_1(outside, st
 def test_an_invalid_parameter_at_the_start_sends_zeros_only_and_ends_with_code_2(
         outside, start, robot_path):
     watcher = Watcher(outside)
-    outside.steer = lambda: watcher.publisher.publish(watcher.message)
+    outside.steer = watcher.steer
     process = start('-m', 'mecanum_base', 'drive', '--robot', robot_path, '--ros-args', '-p',
                     'drive.max_jerk:=[0.0, 1.0, 1.0]')
     outside.until(lambda: process.ended, 'end of the process')
@@ -164,7 +182,7 @@ def test_the_command_type_follows_the_publishers_and_a_conflict_is_named(
     watcher.stop_steering()
     outside.node.destroy_publisher(watcher.publisher)
     watcher.steer_as(TwistStamped)
-    outside.steer = lambda: watcher.publisher.publish(watcher.message)
+    outside.steer = watcher.steer
     outside.until(lambda: any(watcher.rates(i) == [0.0] * 4
                               for i in range(begin, len(watcher.heard))), 'zeros at the change')
     watcher.drive()

@@ -69,14 +69,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
               file=sys.stderr)
         return 2
     except Interrupted as stop:
-        print(f'mecanum {words[0]}: interrupted{stop}', file=sys.stderr)
-        return INTERRUPTED
+        return _end_interrupted(words[0], str(stop))
     except KeyboardInterrupt:
-        print(f'mecanum {words[0]}: interrupted', file=sys.stderr)
-        return INTERRUPTED
+        return _end_interrupted(words[0])
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 2
+
+
+def _end_interrupted(verb: str, leftover: str = '') -> int:
+    print(f'mecanum {verb}: interrupted{leftover}', file=sys.stderr)
+    # CPython notes an interrupt inside exec('...') (dataclasses use it) as never caught and would
+    # end `python -m` by the signal instead of our code; the next exec clears the note
+    exec('')
+    return INTERRUPTED
 
 
 def _run(verb: str, words: list[str]) -> int:
