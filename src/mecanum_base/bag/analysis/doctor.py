@@ -15,6 +15,7 @@ import numpy as np
 
 from mecanum_base.bag.analysis.agreement import yaw_agreement
 from mecanum_base.bag.analysis.drift import Track
+from mecanum_base.bag.analysis.imu_mount import BRISKLY
 from mecanum_base.bag.analysis.motion import Gyro, WheelMotion
 from mecanum_base.bag.analysis.wheel_gain import wheel_gain
 from mecanum_base.bag.analysis.wiring_faults import (
@@ -25,6 +26,7 @@ from mecanum_base.bag.analysis.wiring_faults import (
     tilt_of,
     wheel_scale,
 )
+from mecanum_base.bag.analysis.wiring_prices import PRICE, SOUND
 from mecanum_base.bag.analysis.wiring_search import DEGREES, Wiring, search
 from mecanum_base.bag.analysis.wiring_signals import Signals, signals_of
 from mecanum_base.core.kinematics.wheels import Wheels
@@ -34,6 +36,8 @@ CERTAIN, LIKELY = 0.9, 0.6
 _OFFSET = 0.02
 _EXPLAINED = 0.4  # of the gyro by any combination of the wheels
 _POOR = 0.02  # m/s rms of motion of any kind
+_WOULD = ('an accelerometer or a true pose in the recording would, and cmd_vel if only the '
+          'encoders are wired otherwise')
 
 
 @dataclass(slots=True)
@@ -55,14 +59,13 @@ def examine(robot: Robot, motion: WheelMotion, gyro: Gyro | None, truth: Track |
             command: Track | None = None) -> Verdict:
     """Examine one recording; ``gyro`` in sensor axes, ``motion`` read as the robot file says.
 
-    ``truth``: poses; ``command``: twists that were asked for, used where there is no gyro.
+    ``truth``: poses; ``command``: twists that were asked for, a full witness where there is no
+    gyro, else a weak one (wiring_search.py).
     """
     verdict = Verdict()
     assert isinstance(robot.base, Wheels)
     _file_plausible(robot.base, verdict)
     late = _time_offset(motion, gyro, verdict)
-    if gyro is not None:
-        command = None  # the wheels may be wired wrong on both sides: the gyro knows better
     signals = signals_of(motion, gyro, truth, command, late)
     if signals is None:
         verdict.missing.append('the recording is too short: drive for at least ten seconds')
@@ -177,16 +180,40 @@ def _wiring(robot: Robot, motion: WheelMotion, signals: Signals, found: list[Wir
     certainty = sure[best.key]
     verdict.checked.append(f'{wheels.count} wheels, rollers, mounting: best explanation carries '
                            f'{100 * certainty:.1f} %')
+    ranked = sorted(sure, key=lambda key: -sure[key])
+    others = [next(w for w in found if w.key == key) for key in ranked if key != best.key]
     if certainty < LIKELY:
-        top = sorted(sure.items(), key=lambda item: -item[1])[:3]
-        for key, value in top:
-            example = next(w for w in found if w.key == key)
-            verdict.unclear.append(f'{100 * value:.0f} %: {describe(robot, example)}')
-        return
-    for diagnosis in faults_of(robot, signals, best, min(certainty, 0.99)):
-        verdict.diagnoses.append(diagnosis)
-    if certainty < CERTAIN and not any(d.certainty >= CERTAIN for d in verdict.diagnoses):
-        others = sorted(((v, k) for k, v in sure.items() if k != best.key), key=lambda i: -i[0])
-        other = next(w for w in found if w.key == others[0][1])
-        verdict.unclear.append(f'{100 * others[0][0]:.0f} %: {describe(robot, other)}')
-    verdict.diagnoses += tilt_of(robot, signals, best)
+        shown = [best, *others[:2]]
+    else:
+        verdict.diagnoses += faults_of(robot, signals, best, min(certainty, 0.99))
+        weak = certainty < CERTAIN and not any(d.certainty >= CERTAIN for d in verdict.diagnoses)
+        shown = others[:1] if weak else []
+    verdict.unclear += [f'{100 * sure[w.key]:.0f} %: {describe(robot, w)}' for w in shown]
+    if shown:
+        verdict.missing.append(_what_tells(signals, best, others[0]))
+    if certainty >= LIKELY:
+        verdict.missing += _alike(robot, signals, found, best)
+        verdict.diagnoses += tilt_of(robot, signals, best)
+
+
+def _what_tells(signals: Signals, one: Wiring, other: Wiring) -> str:
+    """How to decide between two explanations."""
+    if signals.accel is None:
+        return f'which of these: the gyro alone does not tell; {_WOULD}'
+    if one.mount != other.mount and abs(one.cost - one.price - other.cost + other.price) < 1.0:
+        return ('which of these: one and the same base, seen from another side. Look at the IMU: '
+                'if its x axis points as imu.rpy of the robot file says, it is the one without '
+                'imu.rpy; a true pose in the recording tells too')
+    return f'which of these for certain: {BRISKLY}'
+
+
+def _alike(robot: Robot, signals: Signals, found: list[Wiring], best: Wiring) -> list[str]:
+    """Single mistakes that would look like a robot file that is right."""
+    if not best.sound:
+        return []
+    told = best.cost + SOUND + math.log(CERTAIN / (1.0 - CERTAIN))
+    twins = [w for w in found if 0.0 < w.price < 2.0 * PRICE and w.cost - w.price < told]
+    if not twins:
+        return []
+    tells = _WOULD if signals.accel is None else f'{BRISKLY}: the accelerometer tells then'
+    return [f'this would look the same: {describe(robot, w)}; {tells}' for w in twins[:3]]

@@ -43,7 +43,7 @@ def faults_of(robot: Robot, signals: Signals, wiring: Wiring,
             'swapped_wheels', 'wheels are swapped: ' + ', '.join(
                 f'at the place of {names[i]} sits {names[wiring.order[i]]}' for i in moved),
             (f'joint: [{", ".join(names[j] for j in wiring.order)}]',), certainty,
-            'found from gyro, wheels and accelerometer together'))
+            f'found from {_sources(signals)} together'))
     sign = robot.encoder.for_wheels(wheels.count)[1]
     if -1 in wiring.sign:
         turned = [names[wiring.order[i]] for i, s in enumerate(wiring.sign) if s < 0]
@@ -70,6 +70,13 @@ def faults_of(robot: Robot, signals: Signals, wiring: Wiring,
     if wiring.scale != 1.0:
         found.append(_scale_fault(robot, signals, wiring, certainty))
     return found
+
+
+def _sources(signals: Signals) -> str:
+    """What was looked at, in words."""
+    return ', '.join(name for name, column in (
+        ('gyro', signals.gyro), ('accelerometer', signals.accel), ('commands', signals.asked),
+        ('true pose or commands', signals.witness)) if column is not None) + ' and wheels'
 
 
 def _scale_fault(robot: Robot, signals: Signals, wiring: Wiring, certainty: float) -> Diagnosis:

@@ -4,29 +4,31 @@ Every hypothesis is a permutation and sign of the wheels, mirrored rollers or no
 gyro, a mounting of the IMU and a yaw scale. Its cost is a log-likelihood with the noise learned
 from the best that any linear combination of the wheels can do, so no noise figures are needed:
 
-    J = sum over channels  n/2 log((mse + floor) / (best mse + floor))  +  4.6 a changed thing
+    J = sum over channels  n/2 log((mse + floor) / (best mse + floor))  +  3.0 a changed thing
 
 n counts independent stretches (0.4 s each, at most 60 a channel), floor = (5 % of the signal)^2
-stands for what the model leaves out. exp(-J), normalised, is how sure the search is. A wiring
-that the recording cannot tell from another shares its probability and is never called certain.
+stands for what the model leaves out. exp(-J), normalised, is how sure the search is. Wirings that
+the recording cannot tell apart share the probability by what they change (wiring_prices.py).
+
+Commands beside a gyro are a weak witness: the drive may be wired as wrongly as the encoders. They
+count for a wiring only where they differ from what the encoders say by the robot file.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from mecanum_base.bag.analysis.wiring_prices import PRICE, SOUND, wheel_wirings
 from mecanum_base.bag.analysis.wiring_signals import GRID, Signals, right_angles
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.core.kinematics.solve import body_from_wheels, parity_basis
 from mecanum_base.core.kinematics.wheels import Wheels
 from mecanum_base.core.parameter import FloatArray
 
-PRICE = math.log(100.0)  # a fault is one in a hundred
 DEGREES = 180.0 / math.pi
 _STRETCH, _MOST = 0.4, 60
 _MISFIT = 0.05  # of the signal
@@ -36,11 +38,14 @@ _TOLERANCE = 0.08  # yaw scales this near 1 are calibration, not a fault
 _KEPT = 400
 _ANY_SCALE = 5.0  # a factor from 1/1000 to 1000 is hit within 8 % by chance once in 80 tries
 _HOPELESS = 30.0  # cost above the best so far, exp(-30) is nothing
+_FOLLOWED = (0.5, 1.5)  # share of a command that is driven
+_DISOBEYED = 2.0 * PRICE  # commands that fit no wiring: the drive has faults of its own
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wiring:
-    """One hypothesis: wheel i is really column ``order[i]`` times ``sign[i]``."""
+    """One hypothesis: wheel i is really column ``order[i]`` times ``sign[i]``; ``price`` is the
+    part of its ``cost`` that no recording changes."""
 
     order: tuple[int, ...]
     sign: tuple[int, ...]
@@ -48,6 +53,7 @@ class Wiring:
     degrees: bool  # gyro in deg/s
     mount: int  # index of the right-angle rotation put before the file's mount
     scale: float  # real yaw over yaw of the wheels; 1 unless it is a fault
+    price: float = 0.0
     cost: float = 0.0
     probability: float = 0.0
 
@@ -56,6 +62,11 @@ class Wiring:
         """What would be changed in the robot file."""
         return (self.order, self.sign, self.mirrored, self.degrees, self.mount,
                 self.scale != 1.0)
+
+    @property
+    def sound(self) -> bool:
+        """Whether the robot file is right."""
+        return self.price == 0.0
 
 
 class Target:
@@ -92,6 +103,10 @@ class _Targets:
     def __init__(self, signals: Signals, mount: FloatArray) -> None:
         self.signals = signals
         self.rotations = right_angles()
+        self.mounts = list(range(len(self.rotations)))
+        if signals.accel is None:  # nothing tells mountings apart that share the axis of turning
+            axes = [tuple(turn[2]) for turn in self.rotations]
+            self.mounts = [index for index in self.mounts if axes.index(axes[index]) == index]
         self.gravity = _gravity_cost(signals, self.rotations, mount)
         rows = len(signals.wheel)
         self.square = signals.wheel.T @ signals.wheel / rows
@@ -101,6 +116,10 @@ class _Targets:
             good = np.isfinite(signals.witness).all(axis=1)
             self.witness = [Target(signals.wheel[good], signals.witness[good, axis])
                             for axis in range(3)]
+        self.asked: list[Target] = []
+        if signals.asked is not None:
+            self.asked = [Target(signals.wheel, column) for column in signals.asked.T]
+        self.as_read = _DISOBEYED  # cost of the commands if the drive is wired like the encoders
         self.plane: list[float] = []
         self.yaw: list[tuple[Target, Target]] = []
         self.push: list[tuple[Target, Target]] = []
@@ -124,6 +143,14 @@ class _Targets:
         return (Target(self.signals.push[calm], accel[:, 0]),
                 Target(self.signals.push[calm], accel[:, 1]))
 
+    def followed(self, forward: FloatArray) -> float:
+        """Cost of the commands if ``forward`` (3, W) is what the base really does."""
+        found = 0.0
+        for target, row in zip(self.asked, forward):
+            more = min(max(target.scale(row), 1.0 / _FOLLOWED[1]), 1.0 / _FOLLOWED[0])
+            found += target.cost(more * row)
+        return min(found, self.as_read)
+
     def parity(self, rows: FloatArray) -> float:
         """Cost of the wheels contradicting each other (rows: parity after wiring)."""
         if not len(rows):
@@ -139,19 +166,22 @@ def search(signals: Signals, wheels: Wheels, mount: FloatArray) -> list[Wiring]:
     targets = _Targets(signals, mount)
     found: list[Wiring] = []
     best = math.inf
+    targets.as_read = targets.followed(body_from_wheels(wheels_from_body(wheels)))
     for mirrored in (False, True):
         system = _system(wheels, mirrored)
         if system is None:
             continue
         forward, parity = system
-        for order, sign, price in sorted(_wirings(wheels.count), key=lambda w: w[2]):
+        for order, sign, price in sorted(wheel_wirings(wheels.count), key=lambda w: w[2]):
             mixing = np.zeros((wheels.count, wheels.count))
             mixing[np.arange(wheels.count), list(order)] = sign
-            wiring = Wiring(order, sign, mirrored, False, 0, 1.0, price + PRICE * mirrored)
+            price += PRICE * mirrored
+            wiring = Wiring(order, sign, mirrored, False, 0, 1.0, price, price)
             scored = _score(targets, forward @ mixing, parity @ mixing, wiring,
                             best + _HOPELESS)
             best = min([best, *(w.cost for w in scored)])
             found += scored
+    found = [dataclasses.replace(w, cost=w.cost - SOUND) if w.sound else w for w in found]
     found.sort(key=lambda w: w.cost)
     found = found[:_KEPT]
     weight = np.exp(-(np.array([w.cost for w in found]) - found[0].cost))
@@ -172,43 +202,6 @@ def _system(wheels: Wheels, mirrored: bool) -> tuple[FloatArray, FloatArray] | N
 
 def _arm(wheels: Wheels) -> float:
     return float(np.hypot(wheels.x, wheels.y).mean())
-
-
-def _wirings(count: int) -> list[tuple[tuple[int, ...], tuple[int, ...], float]]:
-    """Permutations with signs and what each costs; above four wheels one swap at most."""
-    identity = tuple(range(count))
-    if count <= 4:
-        orders = list(itertools.permutations(identity))
-    else:
-        orders = [identity]
-        for a, b in itertools.combinations(identity, 2):
-            swapped = list(identity)
-            swapped[a], swapped[b] = b, a
-            orders.append(tuple(swapped))
-    signs = list(itertools.product((1, -1), repeat=count))
-    if count > 4:
-        signs = [s for s in signs if s.count(-1) <= 2 or s.count(-1) == count]
-    found = []
-    for order in orders:
-        swaps = count - _cycles(order)
-        for sign in signs:
-            flips = sign.count(-1)
-            flips = min(flips, 1 + count - flips)  # all reversed is one fault, not four
-            found.append((order, sign, PRICE * (swaps + flips)))
-    return found
-
-
-def _cycles(order: tuple[int, ...]) -> int:
-    seen: set[int] = set()
-    count = 0
-    for start in order:
-        if start not in seen:
-            count += 1
-            at = start
-            while at not in seen:
-                seen.add(at)
-                at = order[at]
-    return count
 
 
 def _gravity_cost(signals: Signals, rotations: list[FloatArray], mount: FloatArray) -> FloatArray:
@@ -238,27 +231,29 @@ def _score(targets: _Targets, forward: FloatArray, parity: FloatArray,
     if base > limit:
         return []
     base += sum(target.cost(row) for target, row in zip(targets.witness, forward))
+    base += targets.followed(forward)
     if targets.signals.gyro is None:
         return [dataclasses.replace(wiring, cost=base)]
     found = []
-    for index in range(len(targets.rotations)):
-        cost = base + float(targets.gravity[index]) + (PRICE if index else 0.0)
-        cost += targets.plane[index]
+    for index in targets.mounts:
+        cost = base + float(targets.gravity[index]) + targets.plane[index]
+        price = wiring.price + (PRICE if index else 0.0)
+        cost += price - wiring.price
         if cost > limit:
             continue
         push = targets.push[index] if targets.push else ()
         level = sum(t.cost(row) for t, row in zip(push, forward))
         for degrees in (False, True):
-            target, price = targets.yaw[index][degrees], cost + PRICE * degrees
+            target, unit = targets.yaw[index][degrees], PRICE * degrees
             scale = target.scale(forward[2])
             near = min(max(scale, 1.0 - _TOLERANCE), 1.0 + _TOLERANCE)
             found.append(dataclasses.replace(
-                wiring, mount=index, degrees=degrees,
-                cost=price + level + target.cost(near * forward[2])))
+                wiring, mount=index, degrees=degrees, price=price + unit,
+                cost=cost + unit + level + target.cost(near * forward[2])))
             if scale > 0.0 and near != scale:
                 scaled = sum(t.cost(scale * row) for t, row in zip(push, forward))
+                unit += PRICE + _ANY_SCALE
                 found.append(dataclasses.replace(  # lever arm, or counts of all wheels
-                    wiring, mount=index, degrees=degrees, scale=scale,
-                    cost=price + PRICE + _ANY_SCALE + min(level, scaled)
-                    + target.cost(scale * forward[2])))
+                    wiring, mount=index, degrees=degrees, scale=scale, price=price + unit,
+                    cost=cost + unit + min(level, scaled) + target.cost(scale * forward[2])))
     return found

@@ -20,6 +20,8 @@ from mecanum_base.core.parameter import FloatArray
 GRID = 0.05  # s
 WINDOW = 0.2  # s: rates are means over this
 _EDGE = 0.4  # s left out at both ends
+_DELAY = 1.0  # s by which wheels may follow a command
+_OBEYED = 0.5  # of the commands must show on the wheels, in whatever order, or they tell nothing
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +29,8 @@ class Signals:
     """Columns on one grid (K rows): ``wheel`` (K, W) rad/s and its change ``push`` (K, W)
     rad/s^2; ``gyro`` (K, 3) rad/s and ``accel`` (K, 3) m/s^2 in sensor axes, mean at rest
     removed, None where absent; ``up`` (3,): direction of gravity in sensor axes at rest;
-    ``witness`` (K, 3): twist told by commands or truth."""
+    ``witness`` (K, 3): twist told by the truth, or by commands where there is no gyro; ``asked``
+    (K, 3): twist of the commands beside a gyro, at the delay at which the wheels follow best."""
 
     wheel: FloatArray
     push: FloatArray
@@ -38,6 +41,7 @@ class Signals:
     up_rested: bool
     witness: FloatArray | None
     seconds: float
+    asked: FloatArray | None = None
 
 
 def signals_of(motion: WheelMotion, gyro: Gyro | None, truth: Track | None = None,
@@ -74,12 +78,14 @@ def signals_of(motion: WheelMotion, gyro: Gyro | None, truth: Track | None = Non
             step = np.diff(at[good], prepend=at[good][:1])
             speed = np.cumsum((gyro.accel[good] - mean) * step[:, None], axis=0)
             accel = _rate(at[good], speed, grid)
-    witness = None
+    witness = asked = None
     if truth is not None:
         witness = _truth_twist(truth, origin, grid)
-    elif command is not None:
+    elif command is not None and gyro is None:
         witness = _held(command, origin, grid)
-    return Signals(wheel, push, rate, accel, up, size, rested, witness, len(grid) * GRID)
+    elif command is not None:
+        asked = _followed(command, origin, grid, wheel)
+    return Signals(wheel, push, rate, accel, up, size, rested, witness, len(grid) * GRID, asked)
 
 
 def _rate(seconds: FloatArray, columns: FloatArray, grid: FloatArray) -> FloatArray:
@@ -117,6 +123,20 @@ def _held(command: Track, origin: int, grid: FloatArray) -> FloatArray:
     found: FloatArray = command.pose[np.clip(index, 0, None)].copy()
     found[(index < 0) | (grid - at[np.clip(index, 0, None)] > 0.6)] = 0.0
     return found
+
+
+def _followed(command: Track, origin: int, grid: FloatArray,
+              wheel: FloatArray) -> FloatArray | None:
+    """Commands at the delay at which the wheels explain them best; None if they hardly do."""
+    best, chosen = _OBEYED, None
+    for late in np.arange(0.0, _DELAY, GRID):
+        asked = _held(command, origin, grid - late)
+        power = float(np.sum((asked - asked.mean(axis=0)) ** 2))
+        rest = asked - wheel @ np.linalg.lstsq(wheel, asked, rcond=None)[0]
+        share = 1.0 - float(np.sum(rest**2)) / max(power, 1e-12)
+        if share > best:
+            best, chosen = share, asked
+    return chosen
 
 
 def right_angles() -> list[FloatArray]:
