@@ -8,6 +8,8 @@ import driving
 import numpy as np
 import pytest
 
+from mecanum_base.robot_file import load_robot, shipped
+
 
 @pytest.mark.parametrize('name', list(table.FAULTS))
 def test_each_fault_is_named_with_the_line_that_cures_it(name):
@@ -23,6 +25,33 @@ def test_orders_and_mountings_beside_those_of_the_table_are_found_too(faults):
         assert result == 'found', verdict
 
 
+def base_like(name, seed):
+    """(robot file, wheel angles (N, W), drive) of a shipped robot; wheels by G16, no slip along
+    the roller on the ground: r sin(d) rate = -b . v of the wheel centre."""
+    robot = load_robot(shipped() / f'{name}.yaml')
+    made = driving.drive(seed=seed, seconds=40.0, creep=0.0)
+    arm, radius = driving.LX + driving.LY, driving.RADIUS
+    front_left, front_right, rear_left, _ = made.angle.T * radius
+    way = np.array([(front_right + front_left) / 2.0, (rear_left - front_left) / 2.0,
+                    (front_right - rear_left) / (2.0 * arm)])  # forward, left, ccw
+    wheels = robot.base
+    rates = [-(np.cos(a + d) * (way[0] - y * way[2]) + np.sin(a + d) * (way[1] + x * way[2]))
+             / (r * np.sin(d)) for a, d, x, y, r in zip(wheels.axle, wheels.roller, wheels.x,
+                                                        wheels.y, wheels.radius)]
+    return robot, np.array(rates).T, made
+
+
+@pytest.mark.parametrize('name, order', [('mecanum6', (5, 4, 2, 1, 3, 0)),
+                                         ('swedish3', (1, 2, 0)), ('mixed', (2, 1, 0))])
+def test_orders_of_three_and_six_wheels_are_found_too(name, order):
+    robot, angle, made = base_like(name, seed=19)
+    motion = table.WheelMotion(robot.base.joint, made.wheel_ns, angle[:, list(order)])
+    gyro = table.Gyro(made.imu_ns, made.gyro, made.accel)
+    found = table.examine(robot, motion, gyro).diagnoses
+    names = ', '.join(robot.base.joint[i] for i in np.argsort(order))
+    assert found[0].lines == (f'joint: [{names}]',) and found[0].certainty >= 0.9
+
+
 def test_two_mistakes_at_once_are_both_named():
     result, verdict = table.judged_fault((table.FAULTS['reverse one'], table.MOUNTS[3]), seed=15)
     assert result == 'found', verdict
@@ -35,7 +64,7 @@ def test_the_one_order_that_is_another_base_seen_from_behind_is_not_called_certa
     result, verdict = table.judged_fault(reverse, seed=14)
     assert result == 'likely', verdict
     assert 'imu.rpy [0.0, 0.0, 3.14159]' in verdict.unclear[0]
-    assert 'if its x axis points' in verdict.missing[0]
+    assert 'Look how the IMU sits' in verdict.missing[0]
 
 
 @pytest.mark.parametrize('witness', [dict(imu=False), dict(commands='right')],

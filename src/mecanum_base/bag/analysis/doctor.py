@@ -201,9 +201,9 @@ def _what_tells(signals: Signals, one: Wiring, other: Wiring) -> str:
     if signals.accel is None:
         return f'which of these: the gyro alone does not tell; {_WOULD}'
     if one.mount != other.mount and abs(one.cost - one.price - other.cost + other.price) < 1.0:
-        return ('which of these: one and the same base, seen from another side. Look at the IMU: '
-                'if its x axis points as imu.rpy of the robot file says, it is the one without '
-                'imu.rpy; a true pose in the recording tells too')
+        return ('which of these: one and the same base, seen from another side. Look how the IMU '
+                'sits: where no imu.rpy is named, as the robot file says; a true pose in the '
+                'recording tells too')
     return f'which of these for certain: {BRISKLY}'
 
 

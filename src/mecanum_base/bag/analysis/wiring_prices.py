@@ -24,10 +24,10 @@ Order = tuple[int, ...]
 
 
 def wheel_wirings(count: int) -> list[tuple[Order, Order, float]]:
-    """Orders and signs (+-1) of ``count`` wheels and what each costs; above four wheels one
-    exchange at most."""
+    """Orders and signs (+-1) of ``count`` wheels and what each costs; above four wheels two
+    reversed at most, or all; above six one exchange at most."""
     identity = tuple(range(count))
-    orders = list(itertools.permutations(identity)) if count <= 4 else [
+    orders = list(itertools.permutations(identity)) if count <= 6 else [
         identity, *(_exchanged(identity, a, b) for a, b in itertools.combinations(identity, 2))]
     signs = list(itertools.product((1, -1), repeat=count))
     if count > 4:

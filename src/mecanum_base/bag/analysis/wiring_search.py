@@ -191,12 +191,17 @@ def search(signals: Signals, wheels: Wheels, mount: FloatArray) -> list[Wiring]:
 
 
 def _system(wheels: Wheels, mirrored: bool) -> tuple[FloatArray, FloatArray] | None:
-    """Forward matrix and parity of the wheels, rollers as in the file or mirrored."""
-    chosen = dataclasses.replace(wheels, roller=-wheels.roller) if mirrored else wheels
-    matrix = wheels_from_body(chosen)
+    """Forward matrix and parity of the wheels, rollers as in the file or mirrored; None where
+    mirrored rollers change nothing (omni wheels) or the base could not be turned by them."""
+    matrix = wheels_from_body(wheels)
+    if mirrored:
+        plain, chosen = matrix, dataclasses.replace(wheels, roller=-wheels.roller)
+        matrix = wheels_from_body(chosen)
+        if np.allclose(matrix, plain, rtol=0.0, atol=1e-9 * float(np.abs(plain).max())):
+            return None
     singular = np.linalg.svd(matrix * np.array([1.0, 1.0, 1.0 / _arm(wheels)]), compute_uv=False)
     if singular[-1] < 0.02 * singular[0]:
-        return None  # such wheels could not turn the robot at all
+        return None
     return body_from_wheels(matrix), parity_basis(matrix)
 
 
