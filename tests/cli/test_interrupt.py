@@ -18,12 +18,17 @@ from mecanum_base.cli.leftover import Leftover
 from mecanum_base.cli.main import main
 
 
+def usual_interrupt():
+    """As in a foreground shell: what runs in the background of a script ignores SIGINT."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def interrupted(words, ready, seconds=30.0):
     """(exit code, stdout, stderr) of a verb that gets SIGINT, as a terminal sends it to all its
     processes, as soon as the path ``ready`` exists."""
     process = subprocess.Popen([sys.executable, '-m', 'mecanum_base', *map(str, words)],
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                               start_new_session=True)
+                               start_new_session=True, preexec_fn=usual_interrupt)
     try:
         until = time.monotonic() + seconds
         while not ready.exists() and process.poll() is None and time.monotonic() < until:
@@ -114,7 +119,11 @@ def test_an_interrupt_that_a_callback_of_c_swallows_comes_again(monkeypatch):
         raise AssertionError('told to the user')
 
     monkeypatch.setattr(sys, 'unraisablehook', unexpected)
-    with pytest.raises(KeyboardInterrupt), kept():
-        callback()
-        time.sleep(20.0)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), kept():
+            callback()
+            time.sleep(20.0)
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert sys.unraisablehook is unexpected

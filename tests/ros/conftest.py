@@ -66,7 +66,7 @@ class Outside:
             message, topic, lambda m: heard.append((time.monotonic(), m)), qos)
         return heard
 
-    def until(self, condition, what, limit=20.0):
+    def until(self, condition, what, limit=60.0):
         """Spin until the condition holds; the limit is generous, for busy machines."""
         end, following = time.monotonic() + limit, 0.0
         while not condition():
@@ -83,7 +83,7 @@ class Outside:
         end = time.monotonic() + seconds
         self.until(lambda: time.monotonic() > end, 'time to pass', seconds + 10.0)
 
-    def call(self, service, name, request, limit=20.0):
+    def call(self, service, name, request, limit=60.0):
         """The answer of a service."""
         client = self.node.create_client(service, name)
         self.until(client.service_is_ready, f'service {name}', limit)
@@ -120,7 +120,7 @@ class Process:
         """Whether the process has ended."""
         return self.process.poll() is not None
 
-    def finish(self, limit=20.0):
+    def finish(self, limit=60.0):
         """Exit code after the process has ended by itself."""
         self.output += self.process.communicate(timeout=limit)[0]
         return self.process.returncode
