@@ -1,6 +1,8 @@
 """How often the 90 % intervals of the calibration cover the truth, and what is refused.
 
-    python tests/bag/calibration_coverage.py [RUNS] [FIRST_SEED]
+    python tests/bag/calibration_coverage.py [RUNS] [FIRST_SEED ...]
+
+Several first seeds are so many sets of runs, and all of them together.
 """
 
 from __future__ import annotations
@@ -15,10 +17,11 @@ from scipy.spatial.transform import Rotation
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import driving
 
-from mecanum_base.bag.analysis.calibrate_bags import fitted, time_offset
+from mecanum_base.bag.analysis.calibrate_bags import fitted
 from mecanum_base.bag.analysis.drift import Track
 from mecanum_base.bag.analysis.evidence import Evidence
 from mecanum_base.bag.analysis.motion import Gyro, WheelMotion
+from mecanum_base.bag.analysis.time_offset import time_offset
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.robot import Robot
 from mecanum_base.robot_file import parse_parameters
@@ -101,6 +104,8 @@ def given(found, name):
     return name in values and values[name].given
 
 
+KINDS = {'true pose': {}, 'true pose, slip in every tenth leg': dict(slip=0.1),
+         'gyro alone': dict(truth=False)}
 UNEXCITED = {  # what must be refused: (name of the value, motion that does not excite it)
     'forward': dict(forward=0.0), 'sideways': dict(sideways=0.0), 'turning': dict(turning=0.0),
     'gyro scale': dict(turning=0.0), 'gyro time offset [s]': dict(turning=0.0),
@@ -109,27 +114,31 @@ UNEXCITED = {  # what must be refused: (name of the value, motion that does not 
     'about y (pitch)': dict(turning=0.0, accelerometer=False)}
 
 
-def main(runs, first):
-    for label, options in (('true pose', {}), ('true pose, slip in every tenth leg',
-                                               dict(slip=0.1)), ('gyro alone', dict(truth=False))):
-        counts: dict[str, list[bool]] = {}
-        for seed in range(first, first + runs):
-            for name, value in covered(*one(seed, **options)).items():
-                if value is not None:
-                    counts.setdefault(name, []).append(value)
-        print(label)
-        for name, values in counts.items():
-            print(f'  {name:20s} covered {100 * np.mean(values):5.1f} % of {len(values)}',
-                  flush=True)
+def main(runs, firsts):
+    shown = [f'{first}..' for first in firsts] + (['all'] if len(firsts) > 1 else [])
+    for label, options in KINDS.items():
+        print(f'| {label} | ' + ' | '.join(shown) + ' |\n|' + ' --- |' * (1 + len(shown)))
+        counts: dict[str, list[list[bool]]] = {}
+        for number, first in enumerate(firsts):
+            for seed in range(first, first + runs):
+                for name, value in covered(*one(seed, **options)).items():
+                    if value is not None:
+                        counts.setdefault(name, [[] for _ in firsts])[number].append(value)
+        for name, sets in counts.items():
+            whole = sets + ([sum(sets, [])] if len(sets) > 1 else [])
+            print(f'| {name} | ' + ' | '.join(
+                f'{100 * np.mean(values):.{int(len(values) > 100)}f} % of {len(values)}'
+                for values in whole) + ' |', flush=True)
     for name, still in UNEXCITED.items():
-        count = sum(given(one(seed, **still)[0], name) for seed in range(first, first + runs))
-        print(f'not excited {name:20s}: given {count} times of {runs}', flush=True)
+        count = sum(given(one(seed, **still)[0], name)
+                    for first in firsts for seed in range(first, first + runs))
+        print(f'not excited {name:20s}: given {count} times of {runs * len(firsts)}', flush=True)
     return 0
 
 
 if __name__ == '__main__':
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument('runs', type=int, nargs='?', default=100, help='simulated runs')
-    parser.add_argument('first', type=int, nargs='?', default=0, help='first seed')
+    parser.add_argument('runs', type=int, nargs='?', default=100, help='simulated runs a set')
+    parser.add_argument('first', type=int, nargs='*', default=[0], help='first seed of each set')
     chosen = parser.parse_args()
     sys.exit(main(chosen.runs, chosen.first))

@@ -19,11 +19,12 @@ import sys
 
 import numpy as np
 
-from mecanum_base.bag.analysis.calibrate_bags import fitted, time_offset
+from mecanum_base.bag.analysis.calibrate_bags import fitted
 from mecanum_base.bag.analysis.drift import Track, at_stamps
 from mecanum_base.bag.analysis.evidence import Evidence
 from mecanum_base.bag.analysis.imu_mount import levelling
 from mecanum_base.bag.analysis.motion import Gyro, WheelMotion
+from mecanum_base.bag.analysis.time_offset import time_offset
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.core.kinematics.solve import body_from_wheels
 from mecanum_base.core.records import ImuSample, WheelSample

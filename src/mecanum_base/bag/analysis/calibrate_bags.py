@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from mecanum_base.bag.analysis.agreement import yaw_agreement
 from mecanum_base.bag.analysis.calibration import Calibration, calibrate, judged
 from mecanum_base.bag.analysis.calibration_windows import together, windows_of
 from mecanum_base.bag.analysis.evidence import Evidence, evidence_of
-from mecanum_base.bag.analysis.fitted_value import Value, refused
+from mecanum_base.bag.analysis.fitted_value import Value
 from mecanum_base.bag.analysis.imu_fit import mount_fit
-from mecanum_base.bag.analysis.motion import Gyro, dead_reckoned
+from mecanum_base.bag.analysis.motion import dead_reckoned
+from mecanum_base.bag.analysis.time_offset import offset_notes, time_offset
 from mecanum_base.core.errors import BagError
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.core.kinematics.wheels import Wheels
@@ -44,6 +44,7 @@ def calibrate_bags(paths: list[str], robot: Robot, options: Any, update: Update)
         raise BagError(f'{", ".join(paths)}: too short to calibrate: at least 8 s with wheels and '
                        'reference at the same time are needed')
     result.constants += offsets
+    result.notes += offset_notes(offsets, robot.estimator.reorder_wait)
     if options.distance is not None:
         _measured(result, evidences, matrix, options)
     for number, evidence in enumerate(evidences):
@@ -72,24 +73,6 @@ def fitted(evidences: list[Evidence], late: list[float], matrix: FloatArray) -> 
 
 def _step(update: Update, number: int, total: int, share: float) -> None:
     update((number + share) / total, f'{number + 1} of {total}')
-
-
-def time_offset(found: Evidence, offsets: list[Value]) -> float:
-    """Time offset of the gyro, found without geometry; adds it to the constants."""
-    if found.gyro is None:
-        return 0.0
-    up = found.robot.imu.base_from_sensor()[2]
-    turned = Gyro(found.gyro.stamp_ns, np.column_stack([found.gyro.rate @ up] * 3),
-                  found.gyro.accel)
-    agreed = yaw_agreement(found.motion, turned)
-    if agreed is None or agreed.fit < 0.8 or not math.isfinite(agreed.offset_sigma):
-        offsets.append(refused('gyro time offset [s]', 'too little turning, or wheels and gyro '
-                               'disagree'))
-        return 0.0
-    half = agreed.offset_half
-    offsets.append(Value('gyro time offset [s]', agreed.offset, agreed.offset - half,
-                         agreed.offset + half, 'observable'))
-    return agreed.offset
 
 
 def _measured(result: Calibration, evidences: list[Evidence], matrix: Any,

@@ -33,8 +33,8 @@ _WAY = {'forward': 1.5, 'sideways': 1.5, 'turning': 6.0}  # m, m, rad
 _CLUSTERS = 4
 _CONTRADICT = 4.0  # times the usual contradiction of the wheels
 # standard deviations by which a scale depends on how the base is driven (creep, rollers, unequal
-# radii; tests/bag/physics_coverage.py)
-_DRIVEN = {'forward': 0.0002, 'sideways': 0.0003, 'turning': 0.0005}
+# radii; tests/bag/physics_coverage.py); wheels have no part in the scale of the gyro
+_DRIVEN = {'forward': 0.0002, 'sideways': 0.0003, 'turning': 0.0005, GYRO_SCALE: 0.0}
 _GYRO_SCALE = 0.005  # standard deviation of the scale of an uncalibrated gyro
 _FRAME = (math.radians(5.0), 0.2)  # rad, m: how far the markers may be off
 _UNEQUAL = 0.1  # rad/m: how far unequal radii may turn a base that drives straight
