@@ -43,8 +43,8 @@ def drawn(seed, truth=True, imu=True, accelerometer=True, mounted=(2.0, 2.0, 5.0
     """(evidence, true values by name) of one random base.
 
     Roll and pitch of the mount come from gravity and turning, so the accelerometer has an offset
-    (0.5 m/s2), the floor a slope (0.3 deg) and the gyro cross-axis errors (1.2 %), all at random;
-    ``mounted`` deg: spread of the mounting.
+    (0.5 m/s2), the floor a slope (0.3 deg) and the gyro cross-axis errors (1.2 %); the rollers
+    turn the way of the wheels (1 mrad). All at random; ``mounted`` deg: spread of the mounting.
     """
     generator = np.random.default_rng(1000 + seed)
     rho, kappa = generator.uniform(0.95, 1.05), generator.uniform(0.93, 1.0)
@@ -60,6 +60,7 @@ def drawn(seed, truth=True, imu=True, accelerometer=True, mounted=(2.0, 2.0, 5.0
                    truth_noise=0.002, zero_g=0.5 * generator.normal(size=3),
                    floor=np.radians(0.3) * generator.normal(size=2),
                    imu_late=generator.uniform(-0.03, 0.08))
+    setting['rollers'] = 0.001 * np.random.default_rng(2000 + seed).normal()
     late = {**setting, **options}['imu_late']
     made = driving.drive(seed=seed, **{**setting, **options})
     turn = Rotation.from_euler('z', z) * Rotation.from_rotvec([x, y, 0.0])

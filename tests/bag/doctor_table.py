@@ -123,10 +123,12 @@ FAULTS = {
 }
 
 
-def _order(order):
-    """The fault that column i of joint_states shows wheel order[i]."""
+def _order(order, robot=ROBOT, sign=(1, 1, 1, 1)):
+    """The fault that column i of joint_states shows wheel order[i]; ``sign`` is that of the place
+    the wheel really has."""
     names = ', '.join(driving.JOINTS[i] for i in np.argsort(order))
-    return ('swapped_wheels', {}, _columns(order), ROBOT, re.escape(f'joint: [{names}]'))
+    kept = [sign[i] * sign[j] for i, j in enumerate(order)]
+    return ('swapped_wheels', {}, _columns(order, kept), robot, re.escape(f'joint: [{names}]'))
 
 
 def _mount(turn):
@@ -139,7 +141,11 @@ def _mount(turn):
 
 
 # every order of four wheels and every right-angle mounting but the right one
-ORDERS = [_order(order) for order in itertools.permutations(range(4)) if order != (0, 1, 2, 3)]
+OTHERS = [order for order in itertools.permutations(range(4)) if order != (0, 1, 2, 3)]
+ORDERS = [_order(order) for order in OTHERS]
+RIGHT_BACKWARDS = (1, -1, 1, -1)
+MIXED = [_order(order, ROBOT.replace(encoder=dataclasses.replace(
+    ROBOT.encoder, sign=RIGHT_BACKWARDS)), RIGHT_BACKWARDS) for order in OTHERS]
 MOUNTS = [_mount(turn) for turn in Rotation.create_group('O').as_matrix()
           if np.abs(turn - np.eye(3)).max() > 0.1]
 HALF = np.diag([-1.0, -1.0, 1.0])
@@ -154,11 +160,13 @@ GENTLY = dict(forward=0.12, sideways=0.12, turning=0.8, accel_noise=0.5)
 EVERY = {
     'each of the 23 other orders: gyro, accelerometer': (ORDERS, {}),
     'the same with vibration and gentle starts': (ORDERS, GENTLY),
+    'the same in a file with mixed signs': (MIXED, {}),
     'the same with commands, encoders wired otherwise': (ORDERS, dict(commands='right')),
     'the same with commands, motors wired along': (ORDERS, dict(commands='along')),
     'the same with gyro alone': (ORDERS, dict(accelerometer=False)),
     'the same with gyro and commands, encoders': (ORDERS, dict(accelerometer=False,
                                                                commands='right')),
+    'the same with commands alone, encoders': (ORDERS, dict(imu=False, commands='right')),
     'the same with a true pose, no IMU': (ORDERS, dict(imu=False)),
     'each of the 23 other right-angle mountings': (MOUNTS, {}),
     'two mistakes at once: wheels and IMU, 42 pairs': (TWO, {})}
@@ -171,7 +179,8 @@ def judged(name, seed, **more):
 
 def judged_fault(fault, seed, imu=True, accelerometer=True, commands='', **more):
     """The same for a line like those of FAULTS, or for two of them at once; ``commands``: none,
-    those that the base 'right'ly follows, or what is wired 'along' with the encoders."""
+    those that the base 'right'ly follows, or what is wired 'along' with the encoders; without
+    ``imu`` or commands there is a true pose."""
     faults = fault if isinstance(fault[0], tuple) else (fault,)
     robot = faults[0][3]
     made = driving.drive(seed=seed, seconds=50.0, **{**faults[0][1], **more})
@@ -181,7 +190,7 @@ def judged_fault(fault, seed, imu=True, accelerometer=True, commands='', **more)
     if not accelerometer:
         made.accel[:] = np.nan
     gyro = Gyro(made.imu_ns, made.gyro, made.accel) if imu else None
-    truth = None if imu else Track(made.truth_ns, made.pose)
+    truth = None if imu or commands else Track(made.truth_ns, made.pose)
     command = None
     if commands == 'right':
         command = Track(made.truth_ns, made.command[::4])

@@ -50,12 +50,13 @@ class Drive:
 def drive(seed=1, seconds=60.0, forward=0.5, sideways=0.5, turning=0.8, radius=RADIUS, lever=None,
           lateral=1.0, gyro_scale=1.0, gyro_bias=0.01, imu_late=0.0, creep=0.01, rest=2.0,
           gyro_noise=0.003, accel_noise=0.05, truth_noise=0.0, slip=0.0,
-          zero_g=(0.05, -0.08, 0.0), floor=(0.0, 0.0), place=(0.0, 0.0)):
+          zero_g=(0.05, -0.08, 0.0), floor=(0.0, 0.0), place=(0.0, 0.0), rollers=0.0):
     """Legs of random twists with pauses; scales make the base differ from the robot file.
 
     ``zero_g`` m/s2: offset of the accelerometer; ``floor`` rad: how much the floor rises along
     x and y of the start; ``place`` m: the IMU in base_link.
 
+    ``rollers`` rad: how far rollers that are off turn the way of the wheels against the base.
     ``lateral``: real sideways way over what four ideal wheels would give. ``slip``: share of legs
     in which one wheel spins 30 % faster than it rolls.
     """
@@ -89,6 +90,8 @@ def drive(seed=1, seconds=60.0, forward=0.5, sideways=0.5, turning=0.8, radius=R
             state += (target[k, axis] - state) * dt / 0.25
             twist[k, axis] = state
     vx, vy, wz = twist.T
+    vx, vy = (vx * np.cos(rollers) + vy * np.sin(rollers),  # in the axes of the wheels
+              vy * np.cos(rollers) - vx * np.sin(rollers))
     arm = LX + LY if lever is None else lever
     rates = np.column_stack([vx - vy / lateral - arm * wz, vx + vy / lateral + arm * wz,
                              vx + vy / lateral - arm * wz, vx - vy / lateral + arm * wz])
@@ -97,6 +100,7 @@ def drive(seed=1, seconds=60.0, forward=0.5, sideways=0.5, turning=0.8, radius=R
         rates[:, wheel] *= 1.0 + creep * np.interp(t, np.arange(0, seconds + 1, 1.0),
                                                    generator.normal(size=int(seconds) + 1))
     angle = integral(rates, dt)
+    vx, vy, wz = twist.T
     yaw = integral(wz, dt)
     c, s = np.cos(yaw), np.sin(yaw)
     pose = np.column_stack([integral(c * vx - s * vy, dt), integral(s * vx + c * vy, dt), yaw])

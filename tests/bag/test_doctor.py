@@ -7,7 +7,11 @@ import doctor_table as table
 import driving
 import numpy as np
 import pytest
+import yaml
 
+from mecanum_base.core.kinematics.matrix import wheels_from_body
+from mecanum_base.core.kinematics.solve import body_from_wheels
+from mecanum_base.robot import Robot
 from mecanum_base.robot_file import load_robot, shipped
 
 
@@ -50,6 +54,70 @@ def test_orders_of_three_and_six_wheels_are_found_too(name, order):
     found = table.examine(robot, motion, gyro).diagnoses
     names = ', '.join(robot.base.joint[i] for i in np.argsort(order))
     assert found[0].lines == (f'joint: [{names}]',) and found[0].certainty >= 0.9
+
+
+def read_by(robot, raw):
+    """Wheel angles as the robot file reads ``raw``: {joint: angle} or counts in columns [rad]."""
+    _, sign = robot.encoder.for_wheels(4)
+    columns = raw if robot.encoder.source == 'wheel_ticks' else np.column_stack(
+        [raw[name] for name in robot.base.joint])
+    return columns * sign
+
+
+@pytest.mark.parametrize('source', ['joint_states', 'wheel_ticks'])
+@pytest.mark.parametrize('order', [(1, 0, 2, 3), (3, 0, 1, 2)])
+@pytest.mark.parametrize('signs', ['stay', 'move'])
+def test_the_lines_for_wheels_in_another_order_cure_a_file_with_mixed_signs(source, order, signs):
+    """Motors of the right side count backwards; the signs of a file belong to places or to
+    encoders, and counts come in the order of the columns, not by name."""
+    sign = np.array([1, -1, 1, -1])
+    block = yaml.safe_load(driving.YAML)['/**']['ros__parameters']
+    block['encoder'] |= {'source': source, 'sign': sign.tolist()}
+    robot = Robot.from_mapping(block)
+    made = driving.drive(seed=23, seconds=50.0)
+    place = np.array(order)  # column i shows the wheel at place order[i]
+    raw = made.angle[:, place] * (sign[place] if signs == 'stay' else sign)
+    if source == 'joint_states':
+        raw = dict(zip(robot.base.joint, raw.T))
+    gyro = table.Gyro(made.imu_ns, made.gyro, made.accel)
+
+    def examined():
+        return table.examine(robot, table.WheelMotion(driving.JOINTS, made.wheel_ns,
+                                                      read_by(robot, raw)), gyro)
+    found, = examined().diagnoses
+    assert found.fault == 'swapped_wheels' and found.certainty >= 0.8
+    for line in found.lines:
+        (key, value), = yaml.safe_load(line).items()
+        block['encoder' if key == 'sign' else 'wheels'][key] = value
+    robot = Robot.from_mapping(block)
+    right = body_from_wheels(wheels_from_body(table.ROBOT.base)) @ made.angle.T
+    cured = body_from_wheels(wheels_from_body(robot.base)) @ read_by(robot, raw).T
+    np.testing.assert_allclose(cured, right, atol=1e-5)  # lines have six digits
+    assert not examined().diagnoses
+
+
+def test_a_line_that_would_spoil_the_commands_says_so():
+    swap = table.ORDERS[5]
+    for commands, told in (('right', 'change the plugs or names of the encoders'),
+                           ('along', 'wired alike'), ('', 'moves the commands too')):
+        found, = table.judged_fault(swap, seed=24, commands=commands)[1].diagnoses
+        assert told in found.evidence, commands
+
+
+def test_commands_alone_find_orders_and_signs_and_say_what_they_cannot_see():
+    for fault in (table.ORDERS[5], table.ORDERS[-1], table.FAULTS['reverse one'],
+                  table.FAULTS['mirrored rollers']):
+        result, verdict = table.judged_fault(fault, seed=25, imu=False, commands='right')
+        assert result == 'found', verdict
+        assert 'commands alone do not show' in verdict.missing[0]
+    _, verdict = table.judged('counts of all x 4', seed=25, imu=False, commands='right')
+    assert not verdict.diagnoses and 'do 3.8' in verdict.missing[1]
+
+
+@pytest.mark.parametrize('name', ['counts of all x 4', 'counts of all / 4', 'wheelbase wrong'])
+def test_a_true_pose_alone_finds_wrong_scales(name):
+    result, verdict = table.judged(name, seed=26, imu=False)
+    assert result == 'found', verdict
 
 
 def test_two_mistakes_at_once_are_both_named():

@@ -18,16 +18,17 @@ from mecanum_base.bag.analysis.drift import Track
 from mecanum_base.bag.analysis.imu_mount import BRISKLY
 from mecanum_base.bag.analysis.motion import Gyro, WheelMotion
 from mecanum_base.bag.analysis.wheel_gain import wheel_gain
+from mecanum_base.bag.analysis.wheel_lines import listed
+from mecanum_base.bag.analysis.wiring_commands import gain_text
 from mecanum_base.bag.analysis.wiring_faults import (
     Diagnosis,
     describe,
     faults_of,
-    listed,
     tilt_of,
     wheel_scale,
 )
 from mecanum_base.bag.analysis.wiring_prices import PRICE, SOUND
-from mecanum_base.bag.analysis.wiring_search import DEGREES, Wiring, search
+from mecanum_base.bag.analysis.wiring_search import DEGREES, Wiring, forward_of, search
 from mecanum_base.bag.analysis.wiring_signals import Signals, signals_of
 from mecanum_base.core.kinematics.wheels import Wheels
 from mecanum_base.robot import Robot
@@ -72,10 +73,14 @@ def examine(robot: Robot, motion: WheelMotion, gyro: Gyro | None, truth: Track |
         return verdict
     _accel_unit(signals, verdict)
     if gyro is None and signals.witness is None:
-        verdict.missing.append('there is neither an IMU nor cmd_vel nor a true pose: only '
-                               'contradictions among the wheels can be seen')
+        verdict.missing.append('there is neither an IMU nor a true pose nor cmd_vel that the '
+                               'wheels follow: only contradictions among the wheels can be seen')
     if not _moves(robot.base, signals, verdict):
         return verdict
+    if signals.commanded:
+        verdict.missing.append(
+            'commands alone do not show what motors and encoders have in common: a wrong order, '
+            'sign or scale of both looks right; record an IMU with them')
     if any(d.fault == 'millimetres' for d in verdict.diagnoses):
         verdict.missing.append('correct the millimetres first, then ask again')
         return verdict
@@ -86,7 +91,8 @@ def examine(robot: Robot, motion: WheelMotion, gyro: Gyro | None, truth: Track |
             'air, heavy slip or a sensor that hangs; nothing can be said of the wiring')
         return verdict
     gain = wheel_gain(signals, robot.base)
-    found = search(signals, robot.base, robot.imu.base_from_sensor())
+    found = search(signals, robot.base, robot.imu.base_from_sensor(),
+                   robot.encoder.for_wheels(robot.base.count)[1])
     if gain is not None and gain.cost < found[0].cost - math.log(CERTAIN / (1 - CERTAIN)):
         verdict.diagnoses.append(wheel_scale(robot, gain.wheel, gain.factor, gain.certainty))
         return verdict
@@ -193,6 +199,8 @@ def _wiring(robot: Robot, motion: WheelMotion, signals: Signals, found: list[Wir
         verdict.missing.append(_what_tells(signals, best, others[0]))
     if certainty >= LIKELY:
         verdict.missing += _alike(robot, signals, found, best)
+        if text := gain_text(signals, forward_of(wheels, best)):
+            verdict.missing.append(text)
         verdict.diagnoses += tilt_of(robot, signals, best)
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mecanum_base.bag.analysis.wiring_prices import PRICE
-from mecanum_base.bag.analysis.wiring_search import Target
 from mecanum_base.bag.analysis.wiring_signals import Signals
+from mecanum_base.bag.analysis.wiring_target import Target
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.core.kinematics.solve import parity_basis
 from mecanum_base.core.kinematics.wheels import Wheels

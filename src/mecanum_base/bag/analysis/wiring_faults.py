@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from mecanum_base.bag.analysis.wiring_search import DEGREES, Wiring
+from mecanum_base.bag.analysis.wheel_lines import listed, order_lines, reversed_places, signs
+from mecanum_base.bag.analysis.wiring_commands import caution
+from mecanum_base.bag.analysis.wiring_search import DEGREES, Wiring, forward_of
 from mecanum_base.bag.analysis.wiring_signals import Signals, right_angles, rpy_of
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.core.kinematics.solve import body_from_wheels
@@ -37,20 +38,22 @@ def faults_of(robot: Robot, signals: Signals, wiring: Wiring,
     assert isinstance(wheels, Wheels)
     found = []
     names = wheels.joint
+    told = (f'found from {_sources(signals)} together; '
+            f'{caution(signals, wheels, forward_of(wheels, wiring))}')
+    turned = reversed_places(robot, wiring.order, wiring.sign)
     if wiring.order != tuple(range(wheels.count)):
         moved = [i for i, j in enumerate(wiring.order) if i != j]
+        lines = order_lines(robot, wiring.order, wiring.sign)
         found.append(Diagnosis(
             'swapped_wheels', 'wheels are swapped: ' + ', '.join(
                 f'at the place of {names[i]} sits {names[wiring.order[i]]}' for i in moved),
-            (f'joint: [{", ".join(names[j] for j in wiring.order)}]',), certainty,
-            f'found from {_sources(signals)} together'))
-    sign = robot.encoder.for_wheels(wheels.count)[1]
-    if -1 in wiring.sign:
-        turned = [names[wiring.order[i]] for i, s in enumerate(wiring.sign) if s < 0]
-        new = [int(sign[wiring.order[i]]) * s for i, s in enumerate(wiring.sign)]
-        found.append(Diagnosis('reversed_encoder', f'reversed: {", ".join(turned)}',
-                               (f'sign: {new}',), certainty,
-                               'sign in the order of the (corrected) joint list'))
+            lines[:-1] if turned and lines[-1].startswith('sign') else lines, certainty, told))
+    if turned:
+        found.append(Diagnosis(
+            'reversed_encoder',
+            f'reversed: {", ".join(names[wiring.order[i]] for i in turned)}',
+            (f'sign: {signs(robot, wiring.order, wiring.sign).tolist()}',), certainty,
+            'sign in the order of the (corrected) joint list; ' + told))
     if wiring.mirrored:
         found.append(Diagnosis(
             'mirrored_rollers', 'the rollers are mirrored (O against X, seen from above)',
@@ -185,9 +188,9 @@ def describe(robot: Robot, wiring: Wiring) -> str:
     assert isinstance(wheels, Wheels)
     parts = []
     if wiring.order != tuple(range(wheels.count)):
-        parts.append(f'joint: [{", ".join(wheels.joint[j] for j in wiring.order)}]')
-    if -1 in wiring.sign:
-        parts.append(f'sign: {list(wiring.sign)}')
+        parts.append(order_lines(robot, wiring.order, wiring.sign)[0])
+    if reversed_places(robot, wiring.order, wiring.sign):
+        parts.append(f'sign: {signs(robot, wiring.order, wiring.sign).tolist()}')
     if wiring.mirrored:
         parts.append('mirrored rollers')
     if wiring.degrees:
@@ -198,13 +201,3 @@ def describe(robot: Robot, wiring: Wiring) -> str:
     if wiring.scale != 1.0:
         parts.append(f'yaw scale {wiring.scale:.3g}')
     return '; '.join(parts) or 'the robot file is right'
-
-
-def listed(values: Any) -> str:
-    """A YAML list of floats, six digits."""
-    return '[' + ', '.join(_decimal(float(v)) for v in values) + ']'
-
-
-def _decimal(value: float) -> str:
-    text = f'{value + 0.0:.6g}'
-    return text if set(text) & set('.e') else text + '.0'

@@ -17,23 +17,32 @@ from __future__ import annotations
 import itertools
 import math
 
+from mecanum_base.core.parameter import FloatArray
+
 PRICE = math.log(20.0)
 SOUND = math.log(5.0)
 
 Order = tuple[int, ...]
 
 
-def wheel_wirings(count: int) -> list[tuple[Order, Order, float]]:
+def wheel_wirings(count: int, sign: FloatArray) -> list[tuple[Order, Order, float]]:
     """Orders and signs (+-1) of ``count`` wheels and what each costs; above four wheels two
-    reversed at most, or all; above six one exchange at most."""
+    reversed at most, or all; above six one exchange at most. ``sign`` (W,) of the robot file:
+    wheels that change places may take their signs along or find those of the place."""
     identity = tuple(range(count))
     orders = list(itertools.permutations(identity)) if count <= 6 else [
         identity, *(_exchanged(identity, a, b) for a, b in itertools.combinations(identity, 2))]
     signs = list(itertools.product((1, -1), repeat=count))
     if count > 4:
         signs = [s for s in signs if s.count(-1) <= 2 or s.count(-1) == count]
-    return [(order, sign, order_price(order) + _sign_price(sign))
-            for order in orders for sign in signs]
+    found = []
+    for order in orders:
+        stays = tuple(int(v) for v in sign * sign[list(order)])
+        price = order_price(order)
+        found += [(order, own, price + min(_sign_price(own), _sign_price(
+            tuple(a * b for a, b in zip(own, stays))))) for own in
+            (signs if stays in signs else [*signs, stays])]
+    return found
 
 
 def order_price(order: Order) -> float:

@@ -9,9 +9,6 @@ from the best that any linear combination of the wheels can do, so no noise figu
 n counts independent stretches (0.4 s each, at most 60 a channel), floor = (5 % of the signal)^2
 stands for what the model leaves out. exp(-J), normalised, is how sure the search is. Wirings that
 the recording cannot tell apart share the probability by what they change (wiring_prices.py).
-
-Commands beside a gyro are a weak witness: the drive may be wired as wrongly as the encoders. They
-count for a wiring only where they differ from what the encoders say by the robot file.
 """
 
 from __future__ import annotations
@@ -22,24 +19,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mecanum_base.bag.analysis.wiring_commands import Commands, driven_cost
 from mecanum_base.bag.analysis.wiring_prices import PRICE, SOUND, wheel_wirings
-from mecanum_base.bag.analysis.wiring_signals import GRID, Signals, right_angles
+from mecanum_base.bag.analysis.wiring_signals import Signals, right_angles
+from mecanum_base.bag.analysis.wiring_target import MISFIT, MOST, STRETCH, Target
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.core.kinematics.solve import body_from_wheels, parity_basis
 from mecanum_base.core.kinematics.wheels import Wheels
 from mecanum_base.core.parameter import FloatArray
 
 DEGREES = 180.0 / math.pi
-_STRETCH, _MOST = 0.4, 60
-_MISFIT = 0.05  # of the signal
 _TILT = math.radians(5.0)
 _LEVEL = 0.15  # of the turning may show on x and y of the gyro: tilt, bumps
 _TOLERANCE = 0.08  # yaw scales this near 1 are calibration, not a fault
 _KEPT = 400
 _ANY_SCALE = 5.0  # a factor from 1/1000 to 1000 is hit within 8 % by chance once in 80 tries
 _HOPELESS = 30.0  # cost above the best so far, exp(-30) is nothing
-_FOLLOWED = (0.5, 1.5)  # share of a command that is driven
-_DISOBEYED = 2.0 * PRICE  # commands that fit no wiring: the drive has faults of its own
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,38 +64,23 @@ class Wiring:
         return self.price == 0.0
 
 
-class Target:
-    """A signal that the wheels should explain; only second moments of the columns are kept.
+def forward_of(wheels: Wheels, wiring: Wiring) -> FloatArray:
+    """Forward matrix (3, W) of the columns as they are wired."""
+    system = _system(wheels, wiring.mirrored) or _system(wheels, False)
+    assert system is not None
+    return system[0] @ _mixing(wiring.order, wiring.sign)
 
-    ``free`` (K, W) are the columns of which every model is a linear combination, ``real`` (K,).
-    """
 
-    def __init__(self, free: FloatArray, real: FloatArray) -> None:
-        rows = max(len(real), 1)
-        self._square = free.T @ free / rows
-        self._cross = free.T @ real / rows
-        self.spread = float(real @ real) / rows
-        solved = np.linalg.lstsq(self._square, self._cross, rcond=1e-9)[0]
-        self._best = max(self.spread - float(self._cross @ solved), 0.0)
-        self._count = min(_MOST, rows * GRID / _STRETCH) if rows * GRID > 1.0 else 0.0
-
-    def cost(self, weights: FloatArray) -> float:
-        """Cost of the model free @ weights."""
-        power = float(weights @ self._square @ weights)
-        mse = max(self.spread - 2.0 * float(weights @ self._cross) + power, 0.0)
-        floor = _MISFIT**2 * max(self.spread, power) + 1e-12
-        return 0.5 * self._count * max(0.0, math.log((mse + floor) / (self._best + floor)))
-
-    def scale(self, weights: FloatArray) -> float:
-        """The factor that fits free @ weights best; 1 where there is nothing to fit."""
-        power = float(weights @ self._square @ weights)
-        return float(weights @ self._cross) / power if power > 1e-12 else 1.0
+def _mixing(order: tuple[int, ...], sign: tuple[int, ...]) -> FloatArray:
+    mixing = np.zeros((len(order), len(order)))
+    mixing[np.arange(len(order)), list(order)] = sign
+    return mixing
 
 
 class _Targets:
     """All signals of one recording as targets, by mounting of the IMU."""
 
-    def __init__(self, signals: Signals, mount: FloatArray) -> None:
+    def __init__(self, signals: Signals, wheels: Wheels, mount: FloatArray) -> None:
         self.signals = signals
         self.rotations = right_angles()
         self.mounts = list(range(len(self.rotations)))
@@ -110,16 +90,13 @@ class _Targets:
         self.gravity = _gravity_cost(signals, self.rotations, mount)
         rows = len(signals.wheel)
         self.square = signals.wheel.T @ signals.wheel / rows
-        self.count = min(_MOST, signals.seconds / _STRETCH)
+        self.count = min(MOST, signals.seconds / STRETCH)
         self.witness: list[Target] = []
         if signals.witness is not None:
             good = np.isfinite(signals.witness).all(axis=1)
             self.witness = [Target(signals.wheel[good], signals.witness[good, axis])
                             for axis in range(3)]
-        self.asked: list[Target] = []
-        if signals.asked is not None:
-            self.asked = [Target(signals.wheel, column) for column in signals.asked.T]
-        self.as_read = _DISOBEYED  # cost of the commands if the drive is wired like the encoders
+        self.commands = Commands(signals, wheels)
         self.plane: list[float] = []
         self.yaw: list[tuple[Target, Target]] = []
         self.push: list[tuple[Target, Target]] = []
@@ -143,13 +120,19 @@ class _Targets:
         return (Target(self.signals.push[calm], accel[:, 0]),
                 Target(self.signals.push[calm], accel[:, 1]))
 
-    def followed(self, forward: FloatArray) -> float:
-        """Cost of the commands if ``forward`` (3, W) is what the base really does."""
-        found = 0.0
-        for target, row in zip(self.asked, forward):
-            more = min(max(target.scale(row), 1.0 / _FOLLOWED[1]), 1.0 / _FOLLOWED[0])
-            found += target.cost(more * row)
-        return min(found, self.as_read)
+    def told(self, forward: FloatArray, scale: float) -> float:
+        """Cost of true pose or commands if the base turns ``scale`` times as far as the wheels
+        say; it goes as far as they say, or that many times."""
+        if not self.witness or self.signals.commanded:
+            return driven_cost(self.witness, forward)
+
+        def cost(axis: int, around: float) -> float:
+            target, row = self.witness[axis], forward[axis]
+            factor = min(max(target.scale(row), around - _TOLERANCE * around),
+                         around + _TOLERANCE * around)
+            return target.cost(factor * row)
+
+        return cost(2, scale) + min(cost(0, k) + cost(1, k) for k in (1.0, scale))
 
     def parity(self, rows: FloatArray) -> float:
         """Cost of the wheels contradicting each other (rows: parity after wiring)."""
@@ -157,26 +140,27 @@ class _Targets:
             return 0.0
         spread = float(np.trace(self.square)) / len(self.square)
         mse = max(float(np.trace(rows @ self.square @ rows.T)) / len(rows), 0.0)
-        floor = _MISFIT**2 * spread + 1e-12
+        floor = MISFIT**2 * spread + 1e-12
         return 0.5 * self.count * math.log((mse + floor) / floor)
 
 
-def search(signals: Signals, wheels: Wheels, mount: FloatArray) -> list[Wiring]:
-    """The best wirings, most probable first; ``mount`` (3, 3): base_from_sensor of the file."""
-    targets = _Targets(signals, mount)
+def search(signals: Signals, wheels: Wheels, mount: FloatArray,
+           sign: FloatArray) -> list[Wiring]:
+    """The best wirings, most probable first; ``mount`` (3, 3): base_from_sensor of the file,
+    ``sign`` (W,) that of its encoders."""
+    targets = _Targets(signals, wheels, mount)
     found: list[Wiring] = []
     best = math.inf
-    targets.as_read = targets.followed(body_from_wheels(wheels_from_body(wheels)))
+    wirings = sorted(wheel_wirings(wheels.count, sign), key=lambda w: w[2])
     for mirrored in (False, True):
         system = _system(wheels, mirrored)
         if system is None:
             continue
         forward, parity = system
-        for order, sign, price in sorted(wheel_wirings(wheels.count), key=lambda w: w[2]):
-            mixing = np.zeros((wheels.count, wheels.count))
-            mixing[np.arange(wheels.count), list(order)] = sign
+        for order, turned, price in wirings:
+            mixing = _mixing(order, turned)
             price += PRICE * mirrored
-            wiring = Wiring(order, sign, mirrored, False, 0, 1.0, price, price)
+            wiring = Wiring(order, turned, mirrored, False, 0, 1.0, price, price)
             scored = _score(targets, forward @ mixing, parity @ mixing, wiring,
                             best + _HOPELESS)
             best = min([best, *(w.cost for w in scored)])
@@ -235,11 +219,11 @@ def _score(targets: _Targets, forward: FloatArray, parity: FloatArray,
     base = wiring.cost + targets.parity(parity)
     if base > limit:
         return []
-    base += sum(target.cost(row) for target, row in zip(targets.witness, forward))
-    base += targets.followed(forward)
+    base += targets.commands.cost(forward)
     if targets.signals.gyro is None:
-        return [dataclasses.replace(wiring, cost=base)]
+        return _witnessed(targets, forward, wiring, base)
     found = []
+    told = targets.told(forward, 1.0)
     for index in targets.mounts:
         cost = base + float(targets.gravity[index]) + targets.plane[index]
         price = wiring.price + (PRICE if index else 0.0)
@@ -254,11 +238,26 @@ def _score(targets: _Targets, forward: FloatArray, parity: FloatArray,
             near = min(max(scale, 1.0 - _TOLERANCE), 1.0 + _TOLERANCE)
             found.append(dataclasses.replace(
                 wiring, mount=index, degrees=degrees, price=price + unit,
-                cost=cost + unit + level + target.cost(near * forward[2])))
+                cost=cost + unit + told + level + target.cost(near * forward[2])))
             if scale > 0.0 and near != scale:
                 scaled = sum(t.cost(scale * row) for t, row in zip(push, forward))
                 unit += PRICE + _ANY_SCALE
                 found.append(dataclasses.replace(  # lever arm, or counts of all wheels
                     wiring, mount=index, degrees=degrees, scale=scale, price=price + unit,
-                    cost=cost + unit + min(level, scaled) + target.cost(scale * forward[2])))
+                    cost=cost + unit + targets.told(forward, scale) + min(level, scaled)
+                    + target.cost(scale * forward[2])))
+    return found
+
+
+def _witnessed(targets: _Targets, forward: FloatArray, wiring: Wiring,
+               cost: float) -> list[Wiring]:
+    """The wiring as commands or a true pose alone see it; commands know no scale, because motors
+    may turn more or less than is asked of them."""
+    found = [dataclasses.replace(wiring, cost=cost + targets.told(forward, 1.0))]
+    scale = targets.witness[2].scale(forward[2]) if targets.witness else 1.0
+    if not targets.signals.commanded and scale > 0.0 and abs(scale - 1.0) > _TOLERANCE:
+        price = PRICE + _ANY_SCALE
+        found.append(dataclasses.replace(
+            wiring, scale=scale, price=wiring.price + price,
+            cost=cost + price + targets.told(forward, scale)))
     return found

@@ -30,7 +30,8 @@ class Signals:
     rad/s^2; ``gyro`` (K, 3) rad/s and ``accel`` (K, 3) m/s^2 in sensor axes, mean at rest
     removed, None where absent; ``up`` (3,): direction of gravity in sensor axes at rest;
     ``witness`` (K, 3): twist told by the truth, or by commands where there is no gyro; ``asked``
-    (K, 3): twist of the commands beside a gyro, at the delay at which the wheels follow best."""
+    (K, 3): twist of the commands beside a gyro, at the delay at which the wheels follow best;
+    ``commanded``: the witness are commands."""
 
     wheel: FloatArray
     push: FloatArray
@@ -42,6 +43,7 @@ class Signals:
     witness: FloatArray | None
     seconds: float
     asked: FloatArray | None = None
+    commanded: bool = False
 
 
 def signals_of(motion: WheelMotion, gyro: Gyro | None, truth: Track | None = None,
@@ -81,11 +83,12 @@ def signals_of(motion: WheelMotion, gyro: Gyro | None, truth: Track | None = Non
     witness = asked = None
     if truth is not None:
         witness = _truth_twist(truth, origin, grid)
-    elif command is not None and gyro is None:
-        witness = _held(command, origin, grid)
     elif command is not None:
         asked = _followed(command, origin, grid, wheel)
-    return Signals(wheel, push, rate, accel, up, size, rested, witness, len(grid) * GRID, asked)
+        if gyro is None:
+            witness, asked = asked, None
+    return Signals(wheel, push, rate, accel, up, size, rested, witness, len(grid) * GRID, asked,
+                   truth is None and witness is not None)
 
 
 def _rate(seconds: FloatArray, columns: FloatArray, grid: FloatArray) -> FloatArray:
