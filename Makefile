@@ -34,7 +34,8 @@ lint: $(STAMP)   ## ruff, mypy, import contracts
 	@$(BIN)/lint-imports --no-cache | tail -n 12
 
 compiled: $(STAMP)  ## the compiled kernels (extra fast) against plain numpy; compiling takes minutes
-	@COMPILED_TESTS=1 $(BIN)/python -m pytest -q tests/core/estimation/test_acceleration.py
+	@COMPILED_TESTS=1 $(BIN)/python -m pytest -q tests/core/estimation/test_acceleration.py \
+	  tests/bag/test_machine_code.py
 
 pythons: $(STAMP)  ## the simulator gives the same readings with every Python 3.10 - 3.13 found
 	@for p in $(PYTHONS); do $$p -m venv $(OUT)/pythons/$${p##*/} \

@@ -14,17 +14,14 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mecanum_base.bag.row_text_kernel import DIGITS, SMALLEST, TABLE_REACH, Bytes
 from mecanum_base.core.parameter import FloatArray, IntArray
 
-Bytes = NDArray[np.uint8]  # (N, width): one text a row, NUL where nothing is written
-
-DIGITS = 17
+# Bytes (N, width): one text a row, NUL where nothing is written
 FLOAT_WIDTH = 26
 STAMP_WIDTH = 22
 _PLAIN = range(-6, 16)
-_TABLE_REACH = 240  # exponents beyond are left to Python
 _SPLIT = 134217729.0  # 2**27 + 1, Dekker's constant
 _LOW, _HIGH = 10 ** (DIGITS - 1), 10**DIGITS
 
@@ -33,7 +30,7 @@ def float_text(values: FloatArray) -> Bytes:
     """Text of each value (N,) as a row of bytes (N, FLOAT_WIDTH)."""
     text: Bytes = np.zeros((len(values), FLOAT_WIDTH), dtype=np.uint8)
     size = np.abs(values)
-    usual = (size > 1e-200) & (size < 1e200)
+    usual = (size > SMALLEST) & (size < 1.0 / SMALLEST)
     if not usual.all():
         zero = values == 0.0
         text[zero, :3] = np.frombuffer(b'0.0', dtype=np.uint8)
@@ -77,9 +74,9 @@ def _put(row: Bytes, text: str) -> None:
 
 
 @functools.lru_cache(maxsize=1)
-def _powers() -> tuple[FloatArray, FloatArray]:
-    """10**p as a sum of two float64, p from -_TABLE_REACH to +_TABLE_REACH."""
-    exact = [Fraction(10) ** p for p in range(-_TABLE_REACH, _TABLE_REACH + 1)]
+def powers() -> tuple[FloatArray, FloatArray]:
+    """10**p as a sum of two float64 (2 * TABLE_REACH + 1,), p from -TABLE_REACH on."""
+    exact = [Fraction(10) ** p for p in range(-TABLE_REACH, TABLE_REACH + 1)]
     high = [float(value) for value in exact]
     low = [float(value - Fraction(near)) for value, near in zip(exact, high)]
     return np.array(high), np.array(low)
@@ -120,8 +117,8 @@ def _decimal(size: FloatArray) -> tuple[IntArray, IntArray]:
 
 
 def _scaled(size: FloatArray, exponent: IntArray) -> IntArray:
-    high_table, low_table = _powers()
-    place = _TABLE_REACH + DIGITS - 1 - exponent
+    high_table, low_table = powers()
+    place = TABLE_REACH + DIGITS - 1 - exponent
     high, low = high_table[place], low_table[place]
     product = size * high
     a = size * _SPLIT

@@ -23,8 +23,10 @@ from mecanum_base.core.records import Estimate
 from mecanum_base.intake import Intake
 
 # Inputs at least in a portion. Compiled, a call is short, and a longer one costs fewer waits for
-# the other threads; plain, a short portion keeps the progress line alive.
-SIZE = 16384 if COMPILED else 1
+# the other threads; plain, a short portion keeps the progress line alive. The first portions are
+# shorter, so that the threads begin soon, each is twice the one before.
+SIZE = 12288 if COMPILED else 1
+FIRST = 1024
 _FEW = 64  # inputs that are not worth a second try by columns
 
 
@@ -53,9 +55,11 @@ def portions(bag: Bag, reader: SampleReader, topics: Topics,
         return whole
 
     held: list[Batch] = []
+    size = min(FIRST, SIZE)
     for block in bag.blocks(lambda channel: topics.stream(channel) is not None):
-        if sum(map(len, held)) >= SIZE:
+        if sum(map(len, held)) >= size:
             yield portion(False)
+            size = min(2 * size, SIZE)
         held.append(reader.batch(block))
     if held:
         yield portion(True)

@@ -25,6 +25,7 @@ from mecanum_base.bag.stream import SampleReader
 from mecanum_base.bag.topics import STREAMS, Topics, advice
 from mecanum_base.bag.track import SMOOTHED, TrackWriter
 from mecanum_base.core.errors import BagError
+from mecanum_base.core.estimation.acceleration import COMPILED
 from mecanum_base.core.estimation.output import TWIST
 from mecanum_base.core.estimation.smoother import Piece
 from mecanum_base.core.estimation.stretch import Rows
@@ -116,8 +117,8 @@ def replay(paths: list[str], robot: Robot, out: str | os.PathLike[str], topics: 
            step: Step | None = None) -> Replayed:
     """Replay the recording ``paths`` into files in the folder ``out``; see :func:`replay_into`."""
     joints = robot.base.joint
-    return replay_into(paths, robot, lambda: TrackWriter(out, joints), topics, step,
-                       lambda: TrackWriter(out, joints, SMOOTHED))
+    return replay_into(paths, robot, lambda: TrackWriter(out, joints, compiled=COMPILED), topics,
+                       step, lambda: TrackWriter(out, joints, SMOOTHED, COMPILED))
 
 
 def replay_into(paths: list[str], robot: Robot, sink: Callable[[], Sink], topics: Topics,

@@ -13,11 +13,11 @@ import os
 import pathlib
 from collections.abc import Sequence
 from types import TracebackType
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
-from mecanum_base.bag.number_text import Bytes, float_text, squeezed, stamp_text
+from mecanum_base.bag.row_text import texts_by_columns, texts_of
 from mecanum_base.core.errors import BagError
 from mecanum_base.core.parameter import FloatArray, IntArray
 from mecanum_base.core.records import Estimate
@@ -44,10 +44,11 @@ class TrackWriter:
     """Writes the three files into a folder; a context manager. BagError where it cannot write."""
 
     def __init__(self, folder: str | os.PathLike[str], joints: Sequence[str],
-                 names: Sequence[str] = FILES) -> None:
+                 names: Sequence[str] = FILES, compiled: bool = False) -> None:
         """Create ``folder`` and the files; ``joints`` name the wheels in wheel order.
 
-        ``names`` of the poses in TUM form, of the track and of the slip.
+        ``names`` of the poses in TUM form, of the track and of the slip; ``compiled``: texts are
+        made by a compiled kernel, which takes some seconds once; they are the same.
         """
         place = pathlib.Path(folder)
         self._files: list[BinaryIO] = []
@@ -58,7 +59,7 @@ class TrackWriter:
         except OSError as error:
             self._shut()
             raise BagError(f'{place}: cannot be written: {error.strerror}') from None
-        self._place = place
+        self._place, self._compiled = place, compiled
         self._wheels = len(joints)
         self._files[1].write((','.join(TRACK_COLUMNS) + '\n').encode())
         self._files[2].write((_csv_row(slip_columns(joints)) + '\n').encode())
@@ -105,16 +106,12 @@ class TrackWriter:
         count, self._count = self._count, 0
         if count:
             self.rows += count
-            stamp = stamp_text(self._stamp[:count])
-            track = _texts(self._track[:count])
             half = self._track[:count, 2] / 2.0
-            turn = _texts(np.column_stack([np.sin(half), np.cos(half)]))
-            zero = np.broadcast_to(np.frombuffer(b'0.0', dtype=np.uint8), (count, 3))
-            source = np.array(SOURCES, dtype='S')[self._predicted[:count].astype(int)]
-            words = source.view(np.uint8).reshape(count, -1)
-            self._put(_joined([stamp, track[0], track[1], zero, zero, zero, *turn], ' '),
-                      _joined([stamp, *track, words], ','),
-                      _joined([stamp, *_texts(self._slip[:count])], ','))
+            turn = np.column_stack([np.sin(half), np.cos(half)])
+            words = np.array(SOURCES, dtype='S')[self._predicted[:count].astype(int)]
+            parts = (self._stamp[:count], self._track[:count], turn, self._slip[:count],
+                     words.view(np.uint8).reshape(count, -1))
+            self._put(*(self._compiled and texts_of(*parts) or texts_by_columns(*parts)))
         else:
             self._put(b'', b'', b'')
 
@@ -133,7 +130,7 @@ class TrackWriter:
                  trace: TracebackType | None) -> None:
         self.close()
 
-    def _put(self, *texts: bytes) -> None:
+    def _put(self, *texts: Any) -> None:
         try:
             for file, text in zip(self._files, texts):
                 file.write(text)
@@ -146,26 +143,6 @@ class TrackWriter:
         for file in files:
             with contextlib.suppress(OSError):  # all was flushed; a full disk is told by then
                 file.close()
-
-
-def _texts(values: FloatArray) -> list[Bytes]:
-    """Text of each column of (N, C)."""
-    text = float_text(np.ascontiguousarray(values.T).reshape(-1))
-    rows, columns = values.shape
-    return list(text.reshape(columns, rows, text.shape[1]))
-
-
-def _joined(cells: Sequence[Bytes], separator: str) -> bytes:
-    rows = len(cells[0])
-    width = sum(cell.shape[1] + 1 for cell in cells)
-    text: Bytes = np.zeros((rows, width), dtype=np.uint8)
-    at = 0
-    for cell in cells:
-        text[:, at:at + cell.shape[1]] = cell
-        at += cell.shape[1] + 1
-        text[:, at - 1] = ord(separator)
-    text[:, -1] = ord('\n')
-    return squeezed(text)
 
 
 def _csv_row(words: Sequence[str]) -> str:

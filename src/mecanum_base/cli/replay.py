@@ -58,14 +58,15 @@ def run(options: argparse.Namespace) -> int:
 
 def _replay(options: argparse.Namespace) -> int:
     if os.environ.get(_FAST) == '1':
-        from mecanum_base.cli.quick_start import load_numba
-        load_numba()
+        _prepare()
     from mecanum_base.bag.replay import Sink, replay_into
     from mecanum_base.bag.summary import summary_of, write_json
     from mecanum_base.bag.topics import Topics
     from mecanum_base.bag.track import SMOOTHED, TrackWriter
+    from mecanum_base.cli.compiling import CompileNotice
     from mecanum_base.cli.progress import Progress
     from mecanum_base.core.estimation.acceleration import COMPILED
+    from mecanum_base.core.estimation.prepared import BEFORE, CODE
     from mecanum_base.robot_file import load_robot
     robot = load_robot(options.robot)
     topics = Topics.of(robot, options.encoder_topic, options.imu_topic,
@@ -76,7 +77,7 @@ def _replay(options: argparse.Namespace) -> int:
     exports: list[BagExport] = []
 
     def sink() -> Sink:
-        track = TrackWriter(out, robot.base.joint)
+        track = TrackWriter(out, robot.base.joint, compiled=COMPILED)
         if not options.write_bag:
             return track
         from mecanum_base.bag.export import BagExport
@@ -84,9 +85,14 @@ def _replay(options: argparse.Namespace) -> int:
         return exports[0]
 
     with contextlib.ExitStack() as stack:
-        if COMPILED:
-            from mecanum_base.cli.compiling import CompileNotice
-            notice = stack.enter_context(CompileNotice('mecanum replay'))
+        notice = CompileNotice('mecanum replay')
+
+        def watch() -> None:
+            stack.enter_context(notice)
+        if CODE:
+            BEFORE.append(watch)
+        elif COMPILED:
+            watch()
         progress = stack.enter_context(Progress('replay'))
         begin: tuple[float, float] | None = None
 
@@ -97,13 +103,12 @@ def _replay(options: argparse.Namespace) -> int:
                 begin = now, seconds
                 progress.mark(share)
                 gc.enable()
-                if COMPILED:
-                    notice.end()
+                notice.end()
                 return
             rate = (seconds - begin[1]) / max(now - begin[0], 1e-9)
             progress.update(share, f'{rate:.0f} x real time')
         done = replay_into(options.bag, robot, sink, topics, step,
-                           lambda: TrackWriter(out, robot.base.joint, SMOOTHED))
+                           lambda: TrackWriter(out, robot.base.joint, SMOOTHED, COMPILED))
     summary = summary_of(done, topics, options.robot)
     write_json(out / 'summary.json', summary)
     for export in exports:
@@ -128,7 +133,26 @@ def _replay(options: argparse.Namespace) -> int:
     print(f'written to {options.out}')
     if not COMPILED:
         _advise(done.wall_seconds)
+    elif not CODE:  # numba was needed: not by the next one
+        from mecanum_base.bag.machine_entry import keep
+        keep()
     return 0
+
+
+def _prepare() -> None:
+    """Have machine code of an earlier process at hand, or else all of numba."""
+    # All matrices are small, and the cores have other work: helpers of BLAS would only wait
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+    sys.setswitchinterval(0.001)  # s: three threads take turns in Python, for short spells
+    from mecanum_base.bag.machine_code import load
+    from mecanum_base.cli.quick_start import load_blas, load_numba
+    from mecanum_base.core.estimation.prepared import BEFORE
+    imported = 'mecanum_base.core.estimation.acceleration' in sys.modules
+    if not imported and not os.environ.get('NUMBA_DISABLE_JIT') and load():
+        load_blas()
+        BEFORE.append(load_numba)
+    else:
+        load_numba()
 
 
 def _advise(seconds: float) -> None:

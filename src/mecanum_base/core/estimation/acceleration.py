@@ -8,40 +8,32 @@ same source through numpy. The two agree to rounding (1e-9 m and rad over a run,
 from __future__ import annotations
 
 import os
-import zlib
+import sys
 from collections.abc import Callable
-from importlib import resources
 from typing import Any, Literal, TypeVar, cast
 
+from mecanum_base.core.estimation.prepared import BEFORE, CODE, sources
 from mecanum_base.core.parameter import FloatArray, IntArray
 
 Kernel = TypeVar('Kernel', bound=Callable[..., Any])
 Cells = TypeVar('Cells', FloatArray, IntArray)
 Whole = TypeVar('Whole')
+Inline = Literal['never', 'always']
+
+_ROOT = __name__.partition('.')[0]
 
 try:
     if os.environ.get('MECANUM_BASE_FAST') != '1':
         raise ImportError('not asked for')
-    from numba import config, njit
-    from numba.core import types
-    from numba.extending import intrinsic
+    if not CODE:
+        import numba
 except ImportError:
     COMPILED = False
-else:
-    COMPILED = not getattr(config, 'DISABLE_JIT', False)  # numba's switch: NUMBA_DISABLE_JIT=1
+else:  # numba's switch: NUMBA_DISABLE_JIT=1
+    COMPILED = bool(CODE) or not getattr(numba.config, 'DISABLE_JIT', False)
 
-
-def _sources() -> str:
-    """Checksum of all sources of this package: kernels call each other across its files.
-
-    numba's own cache looks at the file of a function only, not at those of what it calls.
-    """
-    folder = resources.files(__package__)
-    parts = sorted((p for p in folder.iterdir() if p.name.endswith('.py')), key=lambda p: p.name)
-    return f'{zlib.crc32(b"".join(p.read_bytes() for p in parts)):08x}'
-
-
-_STATE = _sources() if COMPILED else ''
+_STATE = sources() if COMPILED else ''
+_waiting: list[Later] = []
 
 
 def cells(array: Cells) -> Cells:
@@ -68,16 +60,59 @@ def part(function: Kernel) -> Kernel:
     return _compiled(function, 'always')
 
 
-def _compiled(function: Kernel, inline: Literal['never', 'always']) -> Kernel:
+class Later:
+    """Stands for a kernel: calls the machine code that was left of it, else compiles them all."""
+
+    def __init__(self, function: Callable[..., Any], inline: Inline) -> None:
+        self.function, self.inline = function, inline
+        self.name = f'{function.__module__}.{function.__name__}'
+        self.compiled: Callable[..., Any] | None = None
+        _waiting.append(self)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """What the kernel returns."""
+        code = CODE.get(self.name)
+        found = NotImplemented if code is None else code(*arguments)
+        if found is not NotImplemented:
+            return found
+        if self.compiled is None:
+            compile_all()
+        assert self.compiled is not None
+        return self.compiled(*arguments)
+
+
+def compile_all() -> None:
+    """Load numba; everywhere compiled kernels take the place of what stood for them."""
+    for call in BEFORE:
+        call()
+    from numba.extending import intrinsic
+    new: dict[int, Any] = {id(unowned): intrinsic(_unowned)}
+    for item in _waiting:
+        item.compiled = new[id(item)] = _dispatcher(item.function, item.inline)
+    for module in [m for name, m in sys.modules.items() if name.partition('.')[0] == _ROOT]:
+        for name, value in list(vars(module).items()):
+            if id(value) in new:
+                setattr(module, name, new[id(value)])
+    CODE.clear()  # kernels of modules that are imported from here on are compiled at once
+
+
+def _compiled(function: Kernel, inline: Inline) -> Kernel:
     if not COMPILED:
         return function
+    return cast(Kernel, (Later if CODE else _dispatcher)(function, inline))
+
+
+def _dispatcher(function: Callable[..., Any], inline: Inline) -> Callable[..., Any]:
+    from numba import njit
     function.__qualname__ = f'{function.__qualname__}_{_STATE}'
-    return cast(Kernel, njit(cache=True, nogil=True, error_model='numpy',
-                             inline=inline)(function))
+    found: Callable[..., Any] = njit(cache=True, nogil=True, error_model='numpy',
+                                     inline=inline)(function)
+    return found
 
 
 def _unowned(context: Any, whole: Any) -> Any:
     """Typing and code of :func:`unowned`: the tuple as it is, its arrays without their owners."""
+    from numba.core import types
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         value = arguments[0]
@@ -101,5 +136,5 @@ def unowned(whole: Whole) -> Whole:
     return whole
 
 
-if COMPILED:
-    unowned = intrinsic(_unowned)  # type: ignore[assignment]
+if COMPILED and not CODE:
+    unowned = numba.extending.intrinsic(_unowned)  # type: ignore[assignment]

@@ -39,20 +39,21 @@ class Smoothed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Piece:
-    """Rows (R, width) of the trail with stamps (R,) ns; ``travel`` (W,) m a radian.
+    """Rows (R, width) of the trail, in ``parts``, with stamps (R,) ns; ``travel`` (W,) m a radian.
 
     The first ``count`` are those of the piece, the rest is what they see ahead.
     """
 
     stamp_ns: IntArray
-    rows: FloatArray
+    parts: tuple[FloatArray, ...]
     count: int
     travel: FloatArray
 
     def smoothed(self) -> Smoothed:
         """The work itself; it may be done anywhere and at any time."""
         w, count = len(self.travel), self.count
-        out, rows = look_back(self.stamp_ns, self.rows)[:count], self.rows[:count]
+        rows = np.concatenate(self.parts)
+        out, rows = look_back(self.stamp_ns, rows)[:count], rows[:count]
         x = rows[:, WHEELS + w:WHEELS + 2 * w]
         y = rows[:, WHEELS + 2 * w:] * (1.0 + rows[:, KY:KY + 1])
         dx, dy = (out[:, VX:VY + 1] - rows[:, VX:VY + 1]).T[:, :, None]
@@ -74,35 +75,48 @@ class Smoother:
     def __init__(self, travel: FloatArray) -> None:
         """``travel`` (W,) m a radian."""
         self._travel = travel
-        self._rows: list[FloatArray] = []
-        self._stamp: list[IntArray] = []
+        self._parts: list[FloatArray] = []
+        self._stamp: IntArray = np.zeros(0, dtype=np.int64)
+        self._judged: FloatArray = np.zeros(0)
         self._done: list[Piece] = []
 
     def take(self, stamp: IntArray, rows: FloatArray) -> None:
-        """Take rows (R, width) with stamps (R,) ns that follow those before."""
+        """Take rows (R, width) with stamps (R,) ns that follow those before; keeps the arrays."""
         if not len(stamp):
             return
-        self._stamp.append(stamp)
-        self._rows.append(rows)
-        if stamp[-1] - self._stamp[0][0] < PIECE + AHEAD:
-            return
-        stamp, rows = np.concatenate(self._stamp), np.concatenate(self._rows)
-        while stamp[-1] - stamp[0] >= PIECE + AHEAD:
-            seen, over = np.searchsorted(stamp, [stamp[0] + PIECE + AHEAD, stamp[0] + PIECE])
-            judged = np.flatnonzero(rows[:over, WAS_JUDGED])  # calm ones stay with the last
-            over = judged[-1] if len(judged) and judged[-1] else over
-            self._done.append(Piece(stamp[:seen], rows[:seen], int(over), self._travel))
-            stamp, rows = stamp[over:], rows[over:]
-        self._stamp, self._rows = [stamp], [rows]
+        self._stamp = np.concatenate([self._stamp, stamp])
+        self._judged = np.concatenate([self._judged, rows[:, WAS_JUDGED]])
+        self._parts.append(rows)
+        while self._stamp[-1] - self._stamp[0] >= PIECE + AHEAD:
+            first = self._stamp[0]
+            seen, over = np.searchsorted(self._stamp, [first + PIECE + AHEAD, first + PIECE])
+            judged = np.flatnonzero(self._judged[:over])  # calm ones stay with the last
+            self._cut(int(seen), int(judged[-1] if len(judged) and judged[-1] else over))
 
     def end(self) -> None:
         """What comes next does not follow what came before."""
-        if self._stamp:
-            stamp, rows = np.concatenate(self._stamp), np.concatenate(self._rows)
-            self._done.append(Piece(stamp, rows, len(stamp), self._travel))
-            self._stamp, self._rows = [], []
+        if len(self._stamp):
+            self._cut(len(self._stamp), len(self._stamp))
+
+    def _cut(self, seen: int, over: int) -> None:
+        """A piece of the first ``over`` rows, of ``seen`` in view; the others are kept."""
+        self._done.append(Piece(self._stamp[:seen], _between(self._parts, 0, seen), over,
+                                self._travel))
+        self._parts = list(_between(self._parts, over, len(self._stamp)))
+        self._stamp, self._judged = self._stamp[over:], self._judged[over:]
 
     def taken(self) -> tuple[Piece, ...]:
         """The pieces that are complete and were not taken before."""
         found, self._done = tuple(self._done), []
         return found
+
+
+def _between(parts: list[FloatArray], start: int, stop: int) -> tuple[FloatArray, ...]:
+    """Rows ``start`` to ``stop`` of all parts together."""
+    found, begin = [], 0
+    for part in parts:
+        some = part[max(start - begin, 0):max(stop - begin, 0)]
+        if len(some):
+            found.append(some)
+        begin += len(part)
+    return tuple(found)

@@ -16,8 +16,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.acceleration import COMPILED
 from mecanum_base.core.estimation.layout import BAX, BAY, BG, KG, PX, PY, VX, VY, YAW
+from mecanum_base.core.estimation.retrace import retrace
 from mecanum_base.core.estimation.trail import (
     FLAGS,
     P_AFTER,
@@ -73,7 +74,6 @@ def gains(F: FloatArray, P: FloatArray, expected: FloatArray) -> FloatArray:
     return G
 
 
-@kernel
 def sweep(G: FloatArray, shift: FloatArray, P: FloatArray) -> None:
     """From the last frame but one to the first: d(j) <- d(j) + G d(k), P(j) <- P(j) + G P(k) G'.
 
@@ -83,6 +83,23 @@ def sweep(G: FloatArray, shift: FloatArray, P: FloatArray) -> None:
         g = G[i]
         shift[i] += g @ shift[i + 1]
         P[i] += g @ P[i + 1] @ g.T
+
+
+def traced(rows: FloatArray, T: FloatArray, share: FloatArray,
+           change: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """d (R, S) and P_s (R, S, S) of the judged frames ``rows`` (R, width), T (R - 1,) s apart.
+
+    ``share`` (R - 1,) of what a frame learns is passed on; ``change`` (R, S) is x - x-.
+    """
+    P, expected = _after(rows), rows[1:, P_BEFORE:FLAGS].reshape(-1, S, S)
+    G = gains(transition(rows[:-1], rows[1:], T), P[:-1], expected)
+    G *= share[:, None, None]
+    shift = np.zeros(change.shape)
+    shift[:-1] = np.matmul(G, change[1:, :, None])[:, :, 0]
+    smooth = P.copy()
+    smooth[:-1] -= G @ expected @ G.swapaxes(1, 2)
+    sweep(G, shift, smooth)
+    return shift, smooth
 
 
 def look_back(stamp: IntArray, rows: FloatArray) -> FloatArray:
@@ -97,21 +114,18 @@ def look_back(stamp: IntArray, rows: FloatArray) -> FloatArray:
     judged = np.flatnonzero(~still & (rows[:, WAS_JUDGED] > 0.0))
     if len(judged) < 2:
         return out
-    used = rows[judged]
     T = np.diff(stamp[judged]) * 1e-9
     stands = np.cumsum(still)[judged]
     linked = stands[1:] == stands[:-1]
-    P, expected = _after(used), used[1:, P_BEFORE:FLAGS].reshape(-1, S, S)
-    change = used[:, :S] - used[:, X_BEFORE:P_BEFORE]
-    G = gains(transition(used[:-1], used[1:], T), P[:-1], expected)
-    G *= (linked * np.exp(-T / FORGET))[:, None, None]
-    shift = np.zeros(change.shape)
-    shift[:-1] = np.matmul(G, change[1:, :, None])[:, :, 0]
-    smooth = P.copy()
-    smooth[:-1] -= G @ expected @ G.swapaxes(1, 2)
-    sweep(G, shift, smooth)
+    share = linked * np.exp(-T / FORGET)
+    change = rows[judged, :S] - rows[judged, X_BEFORE:P_BEFORE]
+    if COMPILED:
+        shift, smooth = np.empty(change.shape), np.empty((len(judged), S, S))
+        retrace(rows, judged, T, share, LEAST, RIDGE, shift, smooth)
+    else:
+        shift, smooth = traced(rows[judged], T, share, change)
     rounded = np.diagonal(smooth, axis1=1, axis2=2).min(axis=1) < 0.0
-    smooth[rounded] = P[rounded]
+    smooth[rounded] = _after(rows[judged[rounded]])
     smooth = _chosen(smooth)
     out[judged, :MOVED] += shift[:, :MOVED]
     out[judged, TRACK // 2:] = smooth

@@ -1,0 +1,183 @@
+"""Makes the file of :mod:`mecanum_base.bag.machine_code` from what numba has compiled and cached.
+
+numba keeps object code of every kernel; all that is made here is an entry for each that Python
+calls: a function that puts the arguments together from words and calls the kernel.
+"""
+
+from __future__ import annotations
+
+import importlib
+import subprocess
+import sys
+from typing import Any
+
+from mecanum_base.bag.machine_code import Entry, file_name, read, write
+
+# those that a replay calls
+KERNELS = ('core.estimation.run_kernel.run', 'core.estimation.retrace.retrace',
+           'bag.row_text_kernel.rows_text')
+_TRY = ('import pathlib, sys; from mecanum_base.bag.machine_code import load; '
+        'sys.exit(not load(pathlib.Path(sys.argv[1])))')
+
+
+def keep() -> bool:
+    """Keep the kernels that this process has used; False where that is not possible.
+
+    Fails without a word: the next process then begins as slowly as this one.
+    """
+    try:
+        path = file_name()
+        if path is None:
+            return False
+        entries = {(entry.kernel, entry.kinds): entry for entry in read(path)}
+        before = len(entries)
+        for name in KERNELS:
+            module, _, kernel = f'mecanum_base.{name}'.rpartition('.')
+            for entry in entries_of(getattr(importlib.import_module(module), kernel),
+                                    f'{module}.{kernel}'):
+                entries.setdefault((entry.kernel, entry.kinds), entry)
+        if len(entries) == before:
+            return False
+        # tried by another process: code that cannot be linked ends the one that loads it
+        trial = path.with_name(f'{path.name}.trial')
+        write(trial, list(entries.values()))
+        try:
+            subprocess.run([sys.executable, '-c', _TRY, str(trial)], check=True, timeout=60,
+                           stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                           stderr=subprocess.DEVNULL)
+            trial.replace(path)
+        finally:
+            trial.unlink(missing_ok=True)
+        return True
+    except Exception:
+        return False
+
+
+def entries_of(dispatcher: Any, name: str) -> list[Entry]:
+    """An entry for each kind of arguments that ``dispatcher`` was called with."""
+    context = dispatcher.targetctx
+    cache = dispatcher._cache
+    found: list[Entry] = []
+    for signature in dispatcher.nopython_signatures:
+        kinds = ' '.join(map(_kind, signature.args))
+        data = cache._cache_file.load(cache._index_key(signature.args, context.codegen()))
+        (_, _, (kernel, _)), function = data[0], data[1]
+        symbol = f'entry_{len(found)}_{name.replace(".", "_")}'
+        results, entry = _entry(context, function, signature.args, symbol)
+        found.append(Entry(name, kinds, results, symbol, (_counting(context), entry, kernel)))
+    return found
+
+
+def _kind(kind: Any) -> str:
+    """As machine_code.words_of names it; ValueError for a kind that has no words."""
+    types = _module('numba.core.types')
+    if isinstance(kind, types.Array):
+        if kind.layout not in 'CA':
+            raise ValueError(kind)
+        dtype = _module('numba.np.numpy_support').as_dtype(kind.dtype)
+        return (f'{dtype.str}{kind.ndim}{kind.layout}'
+                f'{"" if kind.mutable and kind.aligned else "r"}')
+    if isinstance(kind, types.BaseTuple):
+        name = kind.instance_class.__name__ if isinstance(kind, types.BaseNamedTuple) else 'tuple'
+        return ' '.join([f'{name}(', *map(_kind, kind), ')'])
+    if kind == types.int64:
+        return 'i'
+    if kind == types.float64:
+        return 'f'
+    raise ValueError(kind)
+
+
+def _entry(context: Any, function: Any, kinds: Any, symbol: str) -> tuple[int, bytes]:
+    """Number of results and object code of the entry of the kernel described by ``function``."""
+    ir, types = _module('llvmlite.ir'), _module('numba.core.types')
+    cells, arrays = _module('numba.core.cgutils'), _module('numba.np.arrayobj')
+    word = ir.IntType(64)
+    codegen = context.codegen()
+    module = codegen.create_library(symbol).create_ir_module(symbol)
+    entry = ir.Function(module, ir.FunctionType(ir.VoidType(), [word.as_pointer()]), symbol)
+    builder = ir.IRBuilder(entry.append_basic_block())
+    place = [0]
+
+    def cell(index: int) -> Any:
+        return cells.gep_inbounds(builder, entry.args[0], index)
+
+    def following() -> Any:
+        place[0] += 1
+        return builder.load(cell(place[0] - 1))
+
+    def value(kind: Any) -> Any:
+        if isinstance(kind, types.Array):
+            array = context.make_array(kind)(context, builder)
+            size = context.get_abi_sizeof(context.get_data_type(kind.dtype))
+            data = builder.inttoptr(following(), array.data.type)
+            shape = [following() for _ in range(kind.ndim)]
+            strides = [following() for _ in range(kind.ndim)]
+            arrays.populate_array(array, data=data, shape=shape, strides=strides, meminfo=None,
+                                  itemsize=context.get_constant(types.intp, size))
+            return array._getvalue()
+        if isinstance(kind, types.BaseTuple):
+            return context.make_tuple(builder, kind, [value(part) for part in kind])
+        if isinstance(kind, types.Float):
+            return builder.bitcast(following(), ir.DoubleType())
+        return following()
+
+    arguments = [value(kind) for kind in kinds]
+    status, result = context.call_conv.call_function(
+        builder, context.declare_function(module, function), function.restype,
+        function.argtypes, arguments)
+    whole = function.restype
+    if whole == types.none:
+        results = []
+    elif isinstance(whole, types.BaseTuple) and all(kind == types.int64 for kind in whole):
+        results = [builder.extract_value(result, k) for k in range(len(whole))]
+    elif whole == types.int64:
+        results = [result]
+    else:
+        raise ValueError(whole)
+    builder.store(builder.zext(status.is_ok, word), cell(0))
+    for index, part in enumerate(results):
+        builder.store(part, cell(1 + index))
+    builder.ret_void()
+    return len(results), _object(codegen, module)
+
+
+def _counting(context: Any) -> bytes:
+    """Object code of how references to the arrays that a kernel makes for itself are counted.
+
+    numba counts with atomic operations, since its arrays may be shared between threads. These
+    never leave their call, and those that come from outside are not counted at all. It is linked
+    before the kernels, which then use it in place of their own.
+    """
+    ir = _module('llvmlite.ir')
+    word, pointer = ir.IntType(64), ir.IntType(8).as_pointer()
+    kind = ir.FunctionType(ir.VoidType(), [pointer])
+    codegen = context.codegen()
+    module = codegen.create_library('counting').create_ir_module('counting')
+    release = ir.Function(module, kind, 'NRT_MemInfo_call_dtor')
+    for name, step in (('NRT_incref', 1), ('NRT_decref', -1)):
+        function = ir.Function(module, kind, name)
+        builder = ir.IRBuilder(function.append_basic_block())
+        array = function.args[0]
+        there = builder.icmp_unsigned('!=', array, ir.Constant(pointer, None))
+        with builder.if_then(there, likely=True):
+            place = builder.bitcast(array, word.as_pointer())
+            count = builder.add(builder.load(place), ir.Constant(word, step))
+            builder.store(count, place)
+            if step < 0:
+                with builder.if_then(builder.icmp_unsigned('==', count, ir.Constant(word, 0))):
+                    builder.call(release, [array])
+        builder.ret_void()
+    return _object(codegen, module)
+
+
+def _object(codegen: Any, module: Any) -> bytes:
+    text = _module('numba.core.cgutils').normalize_ir_text(str(module))
+    made = _module('llvmlite.binding').parse_assembly(text)
+    made.verify()
+    found: bytes = codegen._tm.emit_object(made)
+    return found
+
+
+def _module(name: str) -> Any:
+    """A module of the compiler: it is there only where the extra is installed."""
+    return importlib.import_module(name)
