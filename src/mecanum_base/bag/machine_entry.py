@@ -6,7 +6,9 @@ calls: a function that puts the arguments together from words and calls the kern
 
 from __future__ import annotations
 
+import contextlib
 import importlib
+import re
 import subprocess
 import sys
 from typing import Any
@@ -61,10 +63,12 @@ def entries_of(dispatcher: Any, name: str) -> list[Entry]:
     for signature in dispatcher.nopython_signatures:
         kinds = ' '.join(map(_kind, signature.args))
         data = cache._cache_file.load(cache._index_key(signature.args, context.codegen()))
-        (_, _, (kernel, _)), function = data[0], data[1]
+        (_, _, (kernel, bitcode)), function = data[0], data[1]
+        with contextlib.suppress(AttributeError, RuntimeError):  # else as numba has made it
+            kernel = tightened(bitcode, function.mangled_name, context.codegen()._tm)
         symbol = f'entry_{len(found)}_{name.replace(".", "_")}'
         results, entry = _entry(context, function, signature.args, symbol)
-        found.append(Entry(name, kinds, results, symbol, (_counting(context), entry, kernel)))
+        found.append(Entry(name, kinds, results, symbol, (entry, kernel)))
     return found
 
 
@@ -141,33 +145,54 @@ def _entry(context: Any, function: Any, kinds: Any, symbol: str) -> tuple[int, b
     return len(results), _object(codegen, module)
 
 
-def _counting(context: Any) -> bytes:
-    """Object code of how references to the arrays that a kernel makes for itself are counted.
+# How references to the arrays are counted that a kernel makes for itself. numba counts with atomic
+# operations, since its arrays may be shared between threads, and never in line, since it still
+# searches for pairs. These arrays never leave their call, and those from outside are not counted.
+_COUNT = """define internal void @NRT_{name}ref(ptr %array) alwaysinline nounwind {{
+  %none = icmp eq ptr %array, null
+  br i1 %none, label %end, label %some
+some:
+  %old = load i64, ptr %array
+  %new = add i64 %old, {step}
+  store i64 %new, ptr %array
+  {rest}
+end:
+  ret void
+}}
+"""
+_RELEASE = """%last = icmp eq i64 %new, 0
+  br i1 %last, label %free, label %end
+free:
+  tail call void @NRT_MemInfo_call_dtor(ptr %array)
+  br label %end"""
 
-    numba counts with atomic operations, since its arrays may be shared between threads. These
-    never leave their call, and those that come from outside are not counted at all. It is linked
-    before the kernels, which then use it in place of their own.
+
+def tightened(bitcode: bytes, symbol: str, machine: Any) -> bytes:
+    """Object code of the function ``symbol`` alone, made of all that numba has compiled for it.
+
+    Everything else becomes private to it, so that what no call needs is dropped: most of the
+    hundreds of numbers that named tuples put into each call, and the counting of references.
+    The arithmetic is not touched. AttributeError with an LLVM that has no such passes.
     """
-    ir = _module('llvmlite.ir')
-    word, pointer = ir.IntType(64), ir.IntType(8).as_pointer()
-    kind = ir.FunctionType(ir.VoidType(), [pointer])
-    codegen = context.codegen()
-    module = codegen.create_library('counting').create_ir_module('counting')
-    release = ir.Function(module, kind, 'NRT_MemInfo_call_dtor')
-    for name, step in (('NRT_incref', 1), ('NRT_decref', -1)):
-        function = ir.Function(module, kind, name)
-        builder = ir.IRBuilder(function.append_basic_block())
-        array = function.args[0]
-        there = builder.icmp_unsigned('!=', array, ir.Constant(pointer, None))
-        with builder.if_then(there, likely=True):
-            place = builder.bitcast(array, word.as_pointer())
-            count = builder.add(builder.load(place), ir.Constant(word, step))
-            builder.store(count, place)
-            if step < 0:
-                with builder.if_then(builder.icmp_unsigned('==', count, ir.Constant(word, 0))):
-                    builder.call(release, [array])
-        builder.ret_void()
-    return _object(codegen, module)
+    llvm = _module('llvmlite.binding')
+    text = str(llvm.parse_bitcode(bitcode))
+    for name, step, rest in (('inc', 1, 'br label %end'), ('dec', -1, _RELEASE)):
+        text = re.sub(rf'^define [^\n]*@NRT_{name}ref\(.*?^\}}\n',
+                      _COUNT.format(name=name, step=step, rest=rest), text, flags=re.M | re.S)
+    module = llvm.parse_assembly(text)
+    for function in module.functions:
+        if not function.is_declaration:
+            function.linkage = 'external' if function.name == symbol else 'internal'
+    module.verify()
+    passes = llvm.create_new_module_pass_manager()
+    for name in ('global_dead_code_eliminate', 'always_inliner', 'ipsccp',
+                 'dead_arg_elimination', 'simplify_cfg', 'instruction_combine', 'simplify_cfg',
+                 'global_dead_code_eliminate'):
+        getattr(passes, f'add_{name}_pass')()
+    passes.run(module, llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options()))
+    module.verify()
+    found: bytes = machine.emit_object(module)
+    return found
 
 
 def _object(codegen: Any, module: Any) -> bytes:

@@ -54,14 +54,16 @@ def _joined(cells: Sequence[Bytes], separator: str) -> bytes:
 def texts_of(stamp_ns: IntArray, track: FloatArray, turn: FloatArray, slip: FloatArray,
              source: Bytes) -> tuple[Bytes, Bytes, Bytes] | None:
     """The same as :func:`texts_by_columns`; None where a number is none or of no usual size."""
-    widths = (6, track.shape[1], slip.shape[1])
-    room = [np.empty(len(stamp_ns) * (STAMP_WIDTH + source.shape[1] + 2
-                                      + width * (FLOAT_WIDTH + 1)), dtype=np.uint8)
-            for width in widths]
-    ends = np.zeros(3, dtype=np.int64)
+    value = np.concatenate([track, turn, slip], axis=1)
+    goal = np.repeat([TRACK, TUM, SLIP], [track.shape[1], turn.shape[1], slip.shape[1]])
+    widths = np.array([6, track.shape[1], slip.shape[1]]) * (FLOAT_WIDTH + 1)
+    sizes = len(value) * (widths + STAMP_WIDTH + source.shape[1] + 2)
+    text = np.empty(sizes.sum(), dtype=np.uint8)
+    begins = np.cumsum(sizes) - sizes
+    ends = begins.copy()
     high, low = powers()
-    done = rows_text(stamp_ns, track, turn, slip, source, high, low, room[TUM], room[TRACK],
-                     room[SLIP], ends)
+    done = rows_text(stamp_ns, value, value.view(np.int64), goal, source, high, low, text, ends)
     if done < 0:
         return None
-    return room[TUM][:ends[TUM]], room[TRACK][:ends[TRACK]], room[SLIP][:ends[SLIP]]
+    tum, csv, slips = (text[begin:end] for begin, end in zip(begins, ends))
+    return tum, csv, slips

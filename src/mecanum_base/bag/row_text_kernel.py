@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.parameter import FloatArray, IntArray
 
 Bytes = NDArray[np.uint8]
@@ -25,11 +25,12 @@ _BELOW = (1 << 57) - 1
 _LOW, _HIGH = 10 ** (DIGITS - 1), 10**DIGITS
 _ZERO, _POINT, _MINUS, _PLUS, _E = (ord(c) for c in '0.-+e')
 _COMMA, _SPACE, _LINE = (ord(c) for c in ', \n')
+_LOG_2 = math.log10(2.0)
 _LEAST, _MOST = -6, 15  # exponents that are written without one
 TUM, TRACK, SLIP = range(3)
 
 
-@kernel
+@part
 def scaled(size: float, high: float, low: float) -> int:
     """The whole number nearest to ``size`` * (``high`` + ``low``); Dekker's product."""
     product = size * high
@@ -54,7 +55,7 @@ def put_whole(text: Bytes, at: int, number: int, places: int) -> int:
     return at + places
 
 
-@kernel
+@part
 def put_digits(text: Bytes, at: int, digits: int) -> int:
     """The 17 digits of ``digits`` at ``at``; the place behind them.
 
@@ -77,19 +78,27 @@ def put_digits(text: Bytes, at: int, digits: int) -> int:
     return at + DIGITS
 
 
-@kernel
-def put_float(text: Bytes, at: int, value: float, high: FloatArray, low: FloatArray) -> int:
-    """``value`` at ``at``; the place behind it, or -1 for a size that the table does not reach."""
-    if value == 0.0:
-        text[at], text[at + 1], text[at + 2] = _ZERO, _POINT, _ZERO
-        return at + 3
+@part
+def put_float(text: Bytes, at: int, value: float, bits: int, high: FloatArray,
+              low: FloatArray) -> int:
+    """``value`` at ``at``; the place behind it, or -1 for a size that the table does not reach.
+
+    ``bits`` are those of the number: they tell its power of two.
+    """
     size = abs(value)
+    if size == 0.0:
+        text[at] = _ZERO
+        text[at + 1] = _POINT
+        text[at + 2] = _ZERO
+        return at + 3
     if not SMALLEST < size < 1.0 / SMALLEST:
         return -1
-    if value < 0.0:
+    if bits < 0:
         text[at] = _MINUS
         at += 1
-    exponent = math.floor(math.log10(size))
+    exponent = math.floor((((bits >> 52) & 2047) - 1023) * _LOG_2)
+    if size >= high[TABLE_REACH + exponent + 1]:
+        exponent += 1
     middle = TABLE_REACH + DIGITS - 1
     digits = scaled(size, high[middle - exponent], low[middle - exponent])
     if digits >= _HIGH or digits < _LOW:
@@ -138,58 +147,56 @@ def put_stamp(text: Bytes, at: int, stamp_ns: int) -> int:
 
 
 @kernel
-def rows_text(stamp_ns: IntArray, track: FloatArray, turn: FloatArray, slip: FloatArray,
-              source: Bytes, high: FloatArray, low: FloatArray, tum: Bytes, csv: Bytes,
-              slips: Bytes, ends: IntArray) -> int:
-    """Rows of the three files into their texts, the ends of them into ``ends`` (3,).
+def rows_text(stamp_ns: IntArray, value: FloatArray, bits: IntArray, goal: IntArray,
+              source: Bytes, high: FloatArray, low: FloatArray, text: Bytes,
+              ends: IntArray) -> int:
+    """Rows of the three files, each in its part of ``text``, from and to ``ends`` (3,).
 
-    ``track`` (N, C), ``turn`` (N, 2) quaternion z and w, ``slip`` (N, D), ``source`` (N, B) the
-    last word, filled up with NUL. Returns the number of rows, or -1 where a number is none.
+    ``value`` (N, V) numbers of a row and their ``bits``, each for the file ``goal`` (V,): first
+    those of track.csv, then those of odometry.tum (quaternion z and w), then those of slip.csv;
+    x and y go to odometry.tum as well. ``source`` (N, B) is the last word in track.csv, filled up
+    with NUL. Returns the number of rows, or -1 where a number is none.
     """
-    a, b, c = 0, 0, 0
     for row in range(len(stamp_ns)):
-        begin = a
-        a = put_stamp(tum, a, stamp_ns[row])
-        for k in range(begin, a):
-            csv[b] = slips[c] = tum[k]
-            b += 1
-            c += 1
-        for column in range(track.shape[1]):
-            csv[b] = _COMMA
-            place = b + 1
-            b = put_float(csv, place, track[row, column], high, low)
-            if b < 0:
+        begin = ends[TUM]
+        ends[TUM] = put_stamp(text, begin, stamp_ns[row])
+        for k in range(begin, ends[TUM]):
+            for file in (TRACK, SLIP):
+                text[ends[file]] = text[k]
+                ends[file] += 1
+        for column in range(value.shape[1]):
+            file = goal[column]
+            begin = ends[file]
+            text[begin] = _SPACE if file == TUM else _COMMA
+            end = put_float(text, begin + 1, value[row, column], bits[row, column], high, low)
+            if end < 0:
                 return -1
-            if column < 2:
-                tum[a] = _SPACE
-                a += 1
-                for k in range(place, b):
-                    tum[a] = csv[k]
-                    a += 1
-        csv[b] = _COMMA
-        b += 1
+            ends[file] = end
+            if column > 1:
+                continue
+            at = ends[TUM]
+            text[at] = _SPACE
+            for k in range(begin + 1, end):
+                at += 1
+                text[at] = text[k]
+            at += 1
+            if column == 1:
+                for _ in range(3):
+                    text[at] = _SPACE
+                    text[at + 1] = _ZERO
+                    text[at + 2] = _POINT
+                    text[at + 3] = _ZERO
+                    at += 4
+            ends[TUM] = at
+        at = ends[TRACK]
+        text[at] = _COMMA
+        at += 1
         for k in range(source.shape[1]):
             if source[row, k]:
-                csv[b] = source[row, k]
-                b += 1
-        csv[b] = _LINE
-        b += 1
-        for _ in range(3):
-            tum[a], tum[a + 1], tum[a + 2], tum[a + 3] = _SPACE, _ZERO, _POINT, _ZERO
-            a += 4
-        for column in range(2):
-            tum[a] = _SPACE
-            a = put_float(tum, a + 1, turn[row, column], high, low)
-            if a < 0:
-                return -1
-        tum[a] = _LINE
-        a += 1
-        for column in range(slip.shape[1]):
-            slips[c] = _COMMA
-            c = put_float(slips, c + 1, slip[row, column], high, low)
-            if c < 0:
-                return -1
-        slips[c] = _LINE
-        c += 1
-    ends[TUM], ends[TRACK], ends[SLIP] = a, b, c
+                text[at] = source[row, k]
+                at += 1
+        ends[TRACK] = at
+        for file in (TUM, TRACK, SLIP):
+            text[ends[file]] = _LINE
+            ends[file] += 1
     return len(stamp_ns)

@@ -57,6 +57,8 @@ def test_without_room_nothing_is_written_and_with_room_nothing_is_lost(samples):
     larger = trail.with_room(memory, 1000)
     assert trail.free(larger) >= 1000
     assert larger.trail[:3, 0].tolist() == [0.0, 1.0, 2.0]
-    stamp, rows = trail.hand_out(larger, 2)
+    left, stamp, rows = trail.hand_out(larger, 2)
+    assert left.trail[0, 0] == 2.0 and left.reel[REEL_ROWS] == 1
+    assert left.trail.shape == larger.trail.shape
+    left.trail[:] = 9.0  # what was handed out is not written to any more
     assert rows[:, 0].tolist() == [0.0, 1.0] and len(stamp) == 2
-    assert larger.trail[0, 0] == 2.0 and larger.reel[REEL_ROWS] == 1

@@ -122,7 +122,8 @@ class BodyFilter:
 
     def _settle(self, rows: int) -> None:
         if rows:
-            self._smoother.take(*hand_out(self.memory, rows))
+            self.memory, stamp, found = hand_out(self.memory, rows)
+            self._smoother.take(stamp, found)
 
     def _part(self, rows: int) -> None:
         """What comes after the first ``rows`` frames has nothing to say of them."""

@@ -7,9 +7,9 @@ numba is only loaded when a kernel is called that is not here, or with other kin
 
 from __future__ import annotations
 
+import pathlib
 import zlib
 from collections.abc import Callable
-from importlib import resources
 from typing import Any
 
 # 'module.kernel' -> the same call; NotImplemented where the code is for other kinds of arguments
@@ -22,6 +22,5 @@ def sources() -> str:
 
     numba's own cache looks at the file of a function only, not at those of what it calls.
     """
-    folder = resources.files(__package__)
-    parts = sorted((p for p in folder.iterdir() if p.name.endswith('.py')), key=lambda p: p.name)
+    parts = sorted(pathlib.Path(__file__).parent.glob('*.py'))
     return f'{zlib.crc32(b"".join(p.read_bytes() for p in parts)):08x}'

@@ -202,10 +202,18 @@ def _episodes(estimator: Estimator, table: FloatArray, stamp: IntArray, predicte
     episodes = estimator._episodes
     chance = slice(WHEELS + 2 * wheels, WHEELS + 3 * wheels)
     likely = (table[:, BODY] >= START) & (predicted[:len(table)] == 0)
-    for row in range(len(table)):
-        if likely[row] or (episodes.lasts and not predicted[row]):
+    begins = np.flatnonzero(likely)
+    row = 0
+    while row < len(table):
+        if not episodes.lasts:  # nothing to tell before the next one begins
+            after = begins[np.searchsorted(begins, row):]
+            if not len(after):
+                return
+            row = int(after[0])
+        if not predicted[row]:
             episodes.take(int(stamp[row]), float(table[row, BODY]), table[row, chance],
                           marks[row, 0], marks[row, 1], marks[row, 2])
+        row += 1
 
 
 def _at(column: IntArray, index: IntArray) -> IntArray:

@@ -113,12 +113,17 @@ def with_room(memory: Memory, frames: int) -> Memory:
     return memory._replace(trail=trail, trail_ns=stamp)
 
 
-def hand_out(memory: Memory, rows: int) -> tuple[IntArray, FloatArray]:
-    """Take the first ``rows`` out of the trail: stamps (rows,) and rows (rows, row_width(W))."""
-    stamp, found = memory.trail_ns[:rows].copy(), memory.trail[:rows].copy()
+def hand_out(memory: Memory, rows: int) -> tuple[Memory, IntArray, FloatArray]:
+    """Take the first ``rows`` out of the trail: stamps (rows,) and rows (rows, row_width(W)).
+
+    The arrays themselves are handed out; the memory that comes with them has others.
+    """
     left = int(memory.reel[REEL_ROWS]) - rows
-    memory.trail[:left] = memory.trail[rows:rows + left].copy()
-    memory.trail_ns[:left] = memory.trail_ns[rows:rows + left].copy()
+    trail = np.zeros(memory.trail.shape)
+    stamp = np.zeros(len(trail), dtype=np.int64)
+    trail[:left] = memory.trail[rows:rows + left]
+    stamp[:left] = memory.trail_ns[rows:rows + left]
     memory.reel[REEL_ROWS] = left
     np.asarray(memory.kept_ns)[:, 3] -= rows
-    return stamp, found
+    return (memory._replace(trail=trail, trail_ns=stamp), memory.trail_ns[:rows],
+            memory.trail[:rows])
