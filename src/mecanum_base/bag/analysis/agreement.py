@@ -12,10 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from mecanum_base.bag.analysis.clusters import LENGTH, clusters
+from mecanum_base.bag.analysis.contradiction import agreeing
 from mecanum_base.bag.analysis.motion import Gyro, WheelMotion
 from mecanum_base.bag.analysis.robust_fit import robust_fit
 from mecanum_base.core.parameter import FloatArray, IntArray
@@ -68,9 +70,14 @@ def yaw_integral(gyro: Gyro) -> FloatArray:
     return np.concatenate(([0.0], np.cumsum(step * (rate[1:] + rate[:-1]) / 2.0)))
 
 
-def yaw_agreement(motion: WheelMotion, gyro: Gyro,
-                  row: FloatArray | None = None) -> YawAgreement | None:
-    """Compare them; ``row`` (W,) gives the yaw rate from wheel rates. None without turning."""
+def yaw_agreement(motion: WheelMotion, gyro: Gyro, row: FloatArray | None = None,
+                  matrix: FloatArray | None = None) -> YawAgreement | None:
+    """Compare them; ``row`` (W,) gives the yaw rate from wheel rates. None without turning.
+
+    With ``matrix`` H (W, 3) the offset is told where the wheels agree with each other; the few
+    clusters in which one slips would make its interval too wide (Student's t is cautious where
+    single clusters carry most of the variance).
+    """
     origin = int(motion.stamp_ns[0])
     start = max(0.0, (int(gyro.stamp_ns[0]) - origin) / 1e9) + REACH + _WINDOW
     stop = min(int(motion.stamp_ns[-1]) - origin,
@@ -78,6 +85,7 @@ def yaw_agreement(motion: WheelMotion, gyro: Gyro,
     if stop - start < 2.0:
         return None
     wheels = on_grid(motion.stamp_ns, motion.angle, start, stop, origin)
+    agree = np.ones(len(wheels), dtype=bool) if matrix is None else agreeing(wheels, matrix)
     if row is not None:
         wheels = wheels @ row[:, None]
     integral = yaw_integral(gyro)
@@ -98,7 +106,7 @@ def yaw_agreement(motion: WheelMotion, gyro: Gyro,
     if 0 < best < len(shifts) - 1:
         offset, sigma, half = _refined(
             lambda at: on_grid(gyro.stamp_ns, integral, start, stop, origin, at)[:, 0],
-            left * np.sqrt(len(target)), offset)
+            left * np.sqrt(len(target)), offset, agree)
     solved = np.linalg.lstsq(base, target, rcond=None)[0]
     rest = float(cost[best])
     scale = scale_sigma = float('nan')
@@ -112,9 +120,10 @@ def yaw_agreement(motion: WheelMotion, gyro: Gyro,
 
 
 def _refined(rate_at: Callable[[float], FloatArray], wheels: FloatArray, offset: float,
-             ) -> tuple[float, float, float]:
+             agree: Any) -> tuple[float, float, float]:
     """(offset, standard deviation, half width of 90 %) near a first guess; ``rate_at`` gives the
-    gyro's rates (K,) at an offset, ``wheels`` (K, P) what they are explained by."""
+    gyro's rates (K,) at an offset, ``wheels`` (K, P) what they are explained by where they
+    ``agree`` (flag each)."""
     plain = wheels @ np.linalg.lstsq(wheels, rate_at(offset), rcond=None)[0]
     length = min(LENGTH, len(wheels) * GRID / (2.0 * wheels.shape[1] + 4.0))
     cluster = clusters(np.abs(plain), GRID, length)
@@ -123,7 +132,8 @@ def _refined(rate_at: Callable[[float], FloatArray], wheels: FloatArray, offset:
         rate = rate_at(offset)
         best = wheels @ (fit.value[1:] if fit is not None
                          else np.linalg.lstsq(wheels, rate, rcond=None)[0])
-        fit = robust_fit(np.column_stack([np.gradient(best, GRID), wheels]), rate, cluster)
+        design = np.column_stack([np.gradient(best, GRID), wheels])
+        fit = robust_fit(design[agree], rate[agree], cluster[agree])
         if fit is None:
             return offset, float('inf'), float('inf')
         late = float(np.clip(-fit.value[0], -_STEP, _STEP))

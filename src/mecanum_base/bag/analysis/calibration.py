@@ -20,10 +20,11 @@ from typing import Any
 import numpy as np
 
 from mecanum_base.bag.analysis.calibration_windows import Windows
+from mecanum_base.bag.analysis.contradiction import agreeing
 from mecanum_base.bag.analysis.fitted_value import LEVEL, Value, refused
 from mecanum_base.bag.analysis.imu_mount import MountFit
 from mecanum_base.bag.analysis.robust_fit import Fit, robust_fit
-from mecanum_base.core.kinematics.solve import body_from_wheels, parity_basis
+from mecanum_base.core.kinematics.solve import body_from_wheels
 from mecanum_base.core.parameter import FloatArray
 
 GYRO_SCALE = 'gyro scale'  # name of that constant
@@ -31,7 +32,6 @@ WIDEST = 0.03  # half width of a scale that is still worth giving
 _SHARE = 0.15  # of the way must be along an axis
 _WAY = {'forward': 1.5, 'sideways': 1.5, 'turning': 6.0}  # m, m, rad
 _CLUSTERS = 4
-_CONTRADICT = 4.0  # times the usual contradiction of the wheels
 # standard deviations by which a scale depends on how the base is driven (creep, rollers, unequal
 # radii): what tests/bag/physics_coverage.py finds beyond the scatter of the fit in 140 robots;
 # nothing forward, and wheels have no part in the scale of the gyro
@@ -69,7 +69,7 @@ class Calibration:
 def calibrate(windows: Windows, matrix: FloatArray) -> Calibration:
     """Fit what the windows can tell; ``matrix`` H (W, 3) of the robot file."""
     forward = body_from_wheels(matrix)
-    windows = windows.where(agreeing(windows, matrix))
+    windows = windows.where(agreeing(windows.wheel, matrix))
     wheels = windows.wheel @ forward.T
     with_truth = bool(np.isfinite(windows.moved).all(axis=1).any())
     found = Calibration('true pose' if with_truth else 'gyro')
@@ -89,23 +89,6 @@ def calibrate(windows: Windows, matrix: FloatArray) -> Calibration:
                                          'pose, or give --distance')
         found.axes['turning'] = _from_gyro(windows, wheels)
     return found
-
-
-def agreeing(windows: Windows, matrix: FloatArray) -> Any:
-    """Flag (K,): the wheels do not contradict each other more than usual (one of them slips).
-
-    All windows with three wheels, which cannot contradict each other.
-    """
-    rest = windows.wheel @ parity_basis(matrix).T
-    if not rest.shape[1]:
-        return np.ones(len(windows), dtype=bool)
-    size = np.linalg.norm(rest, axis=1)
-    turned = np.linalg.norm(windows.wheel, axis=1)
-    live = turned > 0.3 * float(np.percentile(turned, 95))
-    if live.sum() < 10:
-        return np.ones(len(windows), dtype=bool)
-    usual = float(np.median(size[live] / turned[live]))
-    return size < _CONTRADICT * usual * np.maximum(turned, float(np.median(turned[live])))
 
 
 def axis_fits(windows: Windows, wheels: FloatArray) -> list[Fit | None]:

@@ -9,7 +9,7 @@ import numpy as np
 from mecanum_base.bag.analysis.agreement import yaw_agreement
 from mecanum_base.bag.analysis.evidence import Evidence
 from mecanum_base.bag.analysis.fitted_value import Value, refused
-from mecanum_base.bag.analysis.motion import Gyro
+from mecanum_base.bag.analysis.motion import Gyro, wheel_matrix
 
 OFFSET = 'gyro time offset [s]'  # name of that constant
 _HARMLESS = 0.005  # s: half a sample of an ordinary encoder
@@ -22,7 +22,7 @@ def time_offset(found: Evidence, offsets: list[Value]) -> float:
     up = found.robot.imu.base_from_sensor()[2]
     turned = Gyro(found.gyro.stamp_ns, np.column_stack([found.gyro.rate @ up] * 3),
                   found.gyro.accel)
-    agreed = yaw_agreement(found.motion, turned)
+    agreed = yaw_agreement(found.motion, turned, matrix=wheel_matrix(found.robot))
     if agreed is None or agreed.fit < 0.8 or not math.isfinite(agreed.offset_sigma):
         offsets.append(refused(OFFSET, 'too little turning, or wheels and gyro disagree: turn '
                                'two times around in each direction on the spot'))
