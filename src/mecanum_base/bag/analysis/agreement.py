@@ -133,7 +133,7 @@ def _refined(rate_at: Callable[[float], FloatArray], wheels: FloatArray, offset:
         best = wheels @ (fit.value[1:] if fit is not None
                          else np.linalg.lstsq(wheels, rate, rcond=None)[0])
         design = np.column_stack([np.gradient(best, GRID), wheels])
-        fit = robust_fit(design[agree], rate[agree], cluster[agree])
+        fit = robust_fit(design[agree], rate[agree], cluster[agree], dense=True)
         if fit is None:
             return offset, float('inf'), float('inf')
         late = float(np.clip(-fit.value[0], -_STEP, _STEP))

@@ -10,9 +10,12 @@ pulls not at all. The covariance is the sandwich of the estimating equation sum 
 
 over clusters g of neighbouring windows: errors within one may depend on each other, and the factor
 with H takes off the bias of few and unequal clusters. psi' is less than psi / r, because other
-errors would also change the weights. The interval uses Student's t with the degrees of freedom
-that this variance would have if all errors were alike. Sources: Huber (1964); Beaton and Tukey
-(1974); Bell and McCaffrey (2002); Imbens and Kolesar (2016).
+errors would also change the weights. Of dense rows, much closer than their errors last, only the
+slope along the first value and those square to it are taken from C: what C has across is chance
+then, and the inverse of a random matrix is too large (30 % in the variance of a time offset). The
+interval uses Student's t with the degrees of freedom that this variance would have if all errors
+were alike. Sources: Huber (1964); Beaton and Tukey (1974); Bell and McCaffrey (2002); Imbens and
+Kolesar (2016).
 """
 
 from __future__ import annotations
@@ -79,8 +82,10 @@ class Fit:
 
 
 def robust_fit(design: FloatArray, target: FloatArray, cluster: IntArray,
-               prior: FloatArray | None = None, spread: FloatArray | None = None) -> Fit | None:
-    """Fit target (K,) by design (K, P) @ value; ``prior`` (P,) with ``spread`` (P,), inf = none.
+               prior: FloatArray | None = None, spread: FloatArray | None = None,
+               dense: bool = False) -> Fit | None:
+    """Fit target (K,) by design (K, P) @ value; ``prior`` (P,) with ``spread`` (P,), inf = none;
+    ``dense``: rows are much closer than their errors last, and the first value is what counts.
 
     None where fewer clusters than parameters + 2 carry anything.
     """
@@ -111,7 +116,7 @@ def robust_fit(design: FloatArray, target: FloatArray, cluster: IntArray,
     carried = np.maximum(2, np.round(total**2 / np.maximum((share**2).sum(axis=0), 1e-300)))
     rest = (target - design @ value) / scale
     return Fit(value, carried.astype(np.int64), scale,
-               _sandwich(design, rest, weight, scale, group, ridge))
+               _sandwich(design, rest, weight, scale, group, ridge, dense))
 
 
 def _solved(design: FloatArray, target: FloatArray, weight: FloatArray, ridge: FloatArray,
@@ -123,7 +128,7 @@ def _solved(design: FloatArray, target: FloatArray, weight: FloatArray, ridge: F
 
 
 def _sandwich(design: FloatArray, rest: FloatArray, weight: FloatArray, scale: float,
-              group: IntArray, ridge: FloatArray) -> Sandwich:
+              group: IntArray, ridge: FloatArray, dense: bool) -> Sandwich:
     """``rest`` (K,) residuals over ``scale``, ``weight`` (K,) psi over these."""
     count = design.shape[1]
     rows = design * (np.sqrt(weight) / scale)[:, None]
@@ -145,7 +150,11 @@ def _sandwich(design: FloatArray, rest: FloatArray, weight: FloatArray, scale: f
     inner = 1.0 - (rest / _TUKEY) ** 2
     slope = np.where(inner > 0.0, inner * (5.0 * inner - 4.0), 0.0)  # psi'
     curve = white.T @ (design.T @ (design * slope[:, None]) / scale**2 + np.diag(ridge)) @ white
-    bend, axes = np.linalg.eigh(curve)
+    if dense:
+        axes = np.linalg.qr(np.column_stack([white[0], np.eye(count)]))[0]  # first along value 0
+        bend = np.diag(axes.T @ curve @ axes)
+    else:
+        bend, axes = np.linalg.eigh(curve)
     back = white @ (axes / np.clip(bend, _LEAST_CURVE, 1.0)) @ axes.T
     middle = scores.T @ scores + white.T @ np.diag(ridge) @ white
     return Sandwich(back @ middle @ back.T, spread, pull, back)
