@@ -61,7 +61,9 @@ from mecanum_base.bag.machine_code import write
 from mecanum_base.bag.machine_entry import entries_of
 module = made_up()
 print(called(module))
-write(file, entries_of(module.weigh, 'mecanum_base.made_up.weigh'))
+entries = entries_of(module.weigh, 'mecanum_base.made_up.weigh')
+write(file, entries)
+assert len(entries) == 1 and not entries_of(module.weigh, 'mecanum_base.made_up.weigh', entries)
 '''
 USE = CASE + '''
 from mecanum_base.bag.machine_code import load
@@ -81,7 +83,7 @@ assert type(module.weigh).__module__ == type(module.summed).__module__ == 'numba
 def process(code, *words, **environment):
     clean = {k: v for k, v in os.environ.items() if not k.startswith(('NUMBA_', 'MECANUM_BASE'))}
     done = subprocess.run([sys.executable, '-c', code, *map(str, words)], capture_output=True,
-                          text=True, timeout=120, env={**clean, **environment})
+                          text=True, timeout=900, env={**clean, **environment})
     assert done.returncode == 0, done.stderr
     return done.stdout.splitlines()
 

@@ -85,10 +85,10 @@ def _replay(options: argparse.Namespace) -> int:
         return exports[0]
 
     with contextlib.ExitStack() as stack:
-        notice = CompileNotice('mecanum replay')
+        notices: list[CompileNotice] = []
 
         def watch() -> None:
-            stack.enter_context(notice)
+            notices.append(stack.enter_context(CompileNotice('mecanum replay')))
         if CODE:
             BEFORE.append(watch)
         elif COMPILED:
@@ -99,11 +99,12 @@ def _replay(options: argparse.Namespace) -> int:
         def step(share: float, seconds: float) -> None:
             nonlocal begin
             now = time.perf_counter()
+            for notice in notices:
+                notice.end()
             if begin is None:  # loading and compiling are over
                 begin = now, seconds
                 progress.mark(share)
                 gc.enable()
-                notice.end()
                 return
             rate = (seconds - begin[1]) / max(now - begin[0], 1e-9)
             progress.update(share, f'{rate:.0f} x real time')
@@ -135,6 +136,8 @@ def _replay(options: argparse.Namespace) -> int:
         _advise(done.wall_seconds)
     elif not CODE:  # numba was needed: not by the next one
         from mecanum_base.bag.machine_entry import keep
+        if sys.stderr.isatty():
+            print('mecanum replay: keeps the machine code for the next time', file=sys.stderr)
         keep()
     return 0
 
@@ -164,5 +167,5 @@ def _advise(seconds: float) -> None:
         print("mecanum replay: MECANUM_BASE_FAST=1 has no effect: numba is not installed; pip "
               "install 'mecanum_base[fast]'", file=sys.stderr)
     elif not asked and seconds > _LONG and sys.stderr.isatty():
-        print(f'hint: {install}MECANUM_BASE_FAST=1 mecanum replay ... is about ten times faster '
-              '(its first run compiles for some minutes)', file=sys.stderr)
+        print(f'hint: {install}MECANUM_BASE_FAST=1 mecanum replay ... is some fifteen times '
+              'faster (its first run compiles for some minutes)', file=sys.stderr)
