@@ -140,6 +140,12 @@ def test_a_velocity_too_doubtful_to_tell_standing_from_gripping_decides_nothing(
     assert not held(memory)
 
 
+def test_two_and_a_half_standard_deviations_between_gripping_and_standing_are_enough():
+    model, memory = sliding(speed=0.0, sigma=0.16)
+    frames_pass(model, memory)
+    assert held(memory)
+
+
 def grips_again(model, memory):
     """Odds, before a frame is seen, of no wheel slipping any more against all of them."""
     everything = model.member.min(axis=1) > 0.0

@@ -93,7 +93,7 @@ def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: Estimat
         member=tables.member, likely=tables.likely, change=tables.change,
         pairs=tables.groups,
         calm_span=0.025, calm_push=0.5, calm_slip=0.03,
-        loose_sigma=3.0, regrip_factor=0.03, flat_speed=0.03,
+        loose_sigma=10.0, regrip_factor=0.03, flat_speed=0.03,
         extra_creep=500.0, extra_time=0.15,
         drift_apart=0.02, patience=5.0,
         rest_window=0.25, rest_travel=cells(1.5 * np.maximum(count, FINEST)),

@@ -38,7 +38,7 @@ PUSH = 0.2  # m/s^2 of acceleration along the slip that still counts as none
 TIME = 0.08  # s beyond the time that tells that slip does not change
 NOISE = 0.05  # m/s
 AGREES = 1.5  # standard deviations of the velocity along the slip
-MARGIN = 8.0  # squared standard deviations by which standing must beat gripping
+MARGIN = 4.0  # squared standard deviations by which standing must beat gripping
 
 
 @kernel
@@ -53,7 +53,7 @@ def slides_evenly(model: Model, memory: Memory) -> bool:
     each = memory.each
     turns = False
     for i in range(model.wheels):
-        if each[PROBABILITY, i] <= 0.5 or each[FLAT, i] == 0.0:
+        if each[PROBABILITY, i] <= 0.5 or each[FLAT, i] < 1.0:
             return False
         turns = turns or abs(each[STEP, i]) > SLOWEST
     return turns

@@ -69,6 +69,8 @@ from mecanum_base.core.estimation.model import Model
 # traction that makes gripping wheels creep: a knock is none, nor is what no wheel can give
 EVEN_TIME = 0.1  # s
 KNOCK, LASTING, HARDEST = 0.7, 1.5, 3.0  # m/s^2, times the even acceleration, m/s^2
+# a wheel that stands while its rollers roll over the floor errs as one that turns
+ACROSS = 0.7
 
 
 @kernel
@@ -158,11 +160,12 @@ def spread(model: Model, memory: Memory) -> None:
         sigma += model.creep_loose
     grow = sigma * sigma * (1.0 - decay * decay)
     size = np.empty(w)
+    least = ACROSS * math.hypot(path_x, path_y)
     for i in range(w):
         a, b, c = axis[i, 0], axis[i, 1], axis[i, 2]
         slow, row = s[creep + i], phi + i
         rolled = (1.0 + s[K + i]) * (a * path_x + b * path_y + c * path_turn)
-        size[i] = abs(rolled)
+        size[i] = max(abs(rolled), least)
         s[row] += rolled + T * slow
         s[creep + i] = decay * slow
         b_lateral, c_lever = b * lateral, c * lever

@@ -54,6 +54,10 @@ GLIDE_TIME = 4.0  # s of unchanging slip until it is doubted
 GLIDE_PUSH = 0.4  # m/s^2, acceleration that sliding wheels do not follow by chance
 GLIDE_SPEED = 0.1  # m/s gained beyond it with unchanging slip until that is doubted
 GLIDE_RATE = 0.3  # s in which doubt reaches half the slip speed
+KINK = 3  # frames averaged on either side to see that a change has just ended
+KINK_BEFORE = 0.1  # m/s of change between the long means
+KINK_AFTER = 0.02  # m/s of change between the short means that counts as none
+KINK_SLIP = 0.15  # m/s of slip that may be an error of the velocity
 UNHELD = 0.3  # share of a direction held by gripping wheels below which it counts as unheld
 
 
@@ -111,7 +115,17 @@ def watch_slope(model: Model, memory: Memory) -> None:
         for k in range(SLOPE):
             new += memory.slope[(at - k) % (2 * SLOPE), i]
             old += memory.slope[(at - SLOPE - k) % (2 * SLOPE), i]
-        each[FLAT, i] = 1.0 if abs(new - old) < SLOPE * model.flat_speed else 0.0
+        change = abs(new - old) / SLOPE
+        if change < model.flat_speed:
+            each[FLAT, i] = 1.0
+            continue
+        lately = 0.0
+        for k in range(KINK):
+            lately += memory.slope[(at - k) % (2 * SLOPE), i]
+            lately -= memory.slope[(at - KINK - k) % (2 * SLOPE), i]
+        sudden = (change > KINK_BEFORE and abs(lately) < KINK * KINK_AFTER
+                  and abs(each[SLIP, i]) < KINK_SLIP)
+        each[FLAT, i] = 0.5 if sudden else 0.0
 
 
 @kernel
@@ -124,9 +138,9 @@ def frictionless(memory: Memory, T: float) -> float:
     """
     m, wheel = memory.m, memory.wheel
     slides = np.where(wheel[PROBABILITY] > 0.5, np.abs(wheel[SLIP]), 0.0)
-    flat = np.where(wheel[PROBABILITY] > 0.5, wheel[FLAT], 1.0).min()
+    flat = np.where(wheel[PROBABILITY] > 0.5, wheel[FLAT], 1.0).min()  # all have been for long
     turning = np.abs(wheel[STEP]).max() > 0.05
-    if flat > 0.0 and turning and slides.max() > 0.1:
+    if flat == 1.0 and turning and slides.max() > 0.1:
         push = math.hypot(float(m[SLOW_AX]), float(m[SLOW_AY]))
         if not held(memory):
             m[GLIDING] += T / GLIDE_TIME

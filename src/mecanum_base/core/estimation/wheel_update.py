@@ -35,6 +35,7 @@ from mecanum_base.core.estimation.layout import (
     LATE,
     LATE_RUN,
     LOOSE_FOR,
+    PENDING_T,
     PROBABILITY,
     REACH,
     SIGMA,
@@ -246,7 +247,9 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
         prior = foresee(model, memory, T)
         stack = np.empty((w, w, count + 1))
         late_cov = (LATE_SIGMA ** 2 * speed).reshape(w, 1) * speed
-        stack[:, :, :count] = S.reshape(w, w, 1) + (T * T) * model.likely
+        # where the frames before counted as late, slip may have lasted all that time
+        whole = T + m[PENDING_T]
+        stack[:, :, :count] = S.reshape(w, w, 1) + (whole * whole) * model.likely
         stack[:, :, count] = S + late_cov
         score = log_likelihood(stack, r)
         # frames held up together come in twos; three in a row are no lateness
@@ -259,7 +262,7 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
         score /= score.sum()
         late = float(score[count])
         p = score[:count].copy()
-        mix(model, memory, r, S, p, T, late, late_cov)
+        mix(model, memory, r, S, p, whole, late, late_cov)
         p[0] += late
         memory.mode[:] = p
         grips = float(p[0])

@@ -1,0 +1,103 @@
+"""What slipping and standing wheels may say of the base, and when slip is seen to be over."""
+
+import numpy as np
+import pytest
+from staged_drive import (
+    RADIUS,
+    RECTANGLE,
+    T0,
+    Motion,
+    estimator,
+    frames,
+    imu,
+    merged,
+    run,
+    staged,
+    summed,
+    wheel_angles,
+)
+
+from mecanum_base.core.estimation.layout import (
+    FLAT,
+    HAVE_GYRO,
+    LATE_RUN,
+    PENDING_T,
+    PROBABILITY,
+    SLIP,
+    SLOPE,
+    VX,
+    K,
+)
+from mecanum_base.core.estimation.slip import watch_slope
+from mecanum_base.core.estimation.wheel_update import judge
+
+REST = (0.9, (0.0, 0.0, 0.0))
+ALONG_ROLLERS = 1.0 / (RADIUS * np.sin(np.pi / 4))  # rad/s of wheel for 1 m/s along its roller
+
+
+def test_a_wheel_that_stands_while_its_rollers_roll_is_no_better_witness_than_one_that_turns():
+    # along its diagonal two wheels stand; they turn by 6 mm/s, which is 1 % of the base's speed.
+    # Taken at their word that is 25 mrad/s of yaw; the gyro says 0 with 1 mrad in 4 s
+    diagonal = staged(REST, (6.0, (0.4, 0.4, 0.0)))
+    creep = 0.006 * ALONG_ROLLERS
+    angles = wheel_angles(diagonal, slip={0: (2.0, 6.0, creep), 3: (2.0, 6.0, -creep)})
+    found = run(estimator(), merged(imu(diagonal), frames(diagonal, angles)))
+    assert abs(found[-1].pose[2]) < 0.25 * 0.025 * 4.0
+
+
+def test_wheels_that_slip_for_seconds_do_not_draw_the_velocity_to_their_own():
+    ahead = staged(REST, (5.0, (0.5, 0.0, 0.0)))
+    claim = np.interp(ahead.t, [2.0, 2.3], [0.0, 1.0])[:, None] * np.array([0.5, 0.5, 0.0])
+    angles = summed((ahead.twist + claim) @ RECTANGLE.T)  # FR and RL: 0.7 m/s too fast
+    found = run(estimator(), merged(imu(ahead), frames(ahead, angles)))
+    late = [e for e in found if e.stamp_ns > T0 + 4_800_000_000]
+    # 2.5 s of slip; an accelerometer off by 0.01 m/s^2 alone makes 2.5 cm/s
+    assert max(abs(e.twist[0] - 0.5) + abs(e.twist[1]) for e in late) < 0.07
+
+
+@pytest.mark.parametrize(('speeds', 'flat'), [
+    (lambda t: np.maximum(1.0 - 2.0 * t, 0.0), 0.5),  # over for 0.07 s: it may grip again
+    (lambda t: 1.0 - 2.0 * t, 0.0),  # passes through zero and goes on
+    (lambda t: np.maximum(1.3 - 2.0 * t, 0.3), 0.0),  # stays the same, but is slip
+    (lambda t: np.maximum(1.0 - 2.0 * (t + 0.25), 0.0), 1.0),  # over for long
+    (lambda t: 0.3 + 0.0 * t, 1.0),  # has not changed at all
+])
+def test_slip_that_has_just_ended_at_zero_is_told_from_slip_that_passes_or_stays(speeds, flat):
+    body = estimator()._filter
+    model, memory = body.model, body.memory
+    memory.wheel[PROBABILITY] = 1.0
+    for speed in speeds(np.arange(0.57 - 0.01 * 4 * SLOPE, 0.575, 0.01)):
+        memory.wheel[SLIP] = speed
+        watch_slope(model, memory)
+    assert memory.wheel[FLAT].tolist() == [flat] * 4
+
+
+def test_a_sudden_turn_back_of_all_wheels_is_slip_and_no_late_stamp():
+    # at 0.9 m/s every residual of a late stamp is that of wheels that turn back at once; judged
+    # late again and again, the residual grows until no slip speed seems to explain it
+    t = np.arange(5001) * 1e-3
+    claim = np.interp(t, [0.9, 2.0, 3.0, 3.06], [0.0, 0.9, 0.9, -0.9])
+    speed = np.maximum(claim, np.interp(t, [0.9, 2.0, 3.0, 3.9], [0.0, 0.9, 0.9, -0.9]))
+    ahead = np.array([1.0, 0.0, 0.0])
+    body = Motion(t, speed[:, None] * ahead, np.gradient(speed, 1e-3)[:, None] * ahead,
+                  summed(speed[:, None] * ahead))
+    found = run(estimator(), merged(imu(body), frames(body, summed(
+        claim[:, None] * RECTANGLE[:, 0]))))
+    for e in found:
+        if e.stamp_ns > T0 + 3_150_000_000:
+            truth = speed[(e.stamp_ns - T0) // 1_000_000]
+            # 2 cm/s of noise in a second of accelerometer, 1 cm/s for the frames before it is seen
+            assert np.hypot(e.twist[0] - truth, e.twist[1]) < 0.03
+
+
+def test_slip_may_have_lasted_as_long_as_the_frames_before_counted_as_late():
+    body = estimator()._filter
+    model, memory = body.model, body.memory
+    memory.x[VX] = 0.9
+    memory.m[PENDING_T], memory.m[LATE_RUN] = 0.03, 1.0
+    memory.m[HAVE_GYRO] = 1.0
+    travel = memory.x[K + 4:K + 8] - 0.04 * 0.8 * memory.rows[:, 0]  # 0.8 m/s for 0.04 s
+    judge(model, memory, travel, np.ones(4), 0.01)
+    # by hand: 0.8 m/s along x is 0.8/0.25 = 3.2 sigma of the body's slip; as lateness it is
+    # 36 ms, six times its sigma
+    assert memory.wheel[PROBABILITY].min() > 0.9
