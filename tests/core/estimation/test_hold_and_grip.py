@@ -96,8 +96,8 @@ def test_slip_may_have_lasted_as_long_as_the_frames_before_counted_as_late():
     memory.x[VX] = 0.9
     memory.m[PENDING_T], memory.m[LATE_RUN] = 0.03, 1.0
     memory.m[HAVE_GYRO] = 1.0
-    travel = memory.x[K + 4:K + 8] - 0.04 * 0.8 * memory.rows[:, 0]  # 0.8 m/s for 0.04 s
+    travel = memory.x[K + 4:K + 8] - 0.04 * 1.0 * memory.rows[:, 0]  # 1 m/s for 0.04 s
     judge(model, memory, travel, np.ones(4), 0.01)
-    # by hand: 0.8 m/s along x is 0.8/0.25 = 3.2 sigma of the body's slip; as lateness it is
-    # 36 ms, six times its sigma
+    # by hand: 1 m/s along x is 1/0.25 = 4 sigma of the body's slip; as lateness it is
+    # 44 ms, seven times its sigma
     assert memory.wheel[PROBABILITY].min() > 0.9
