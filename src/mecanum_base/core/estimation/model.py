@@ -30,12 +30,10 @@ class Model(NamedTuple):
     rolling_noise: float  # m/rtm of micro-slip
     traction_noise: float  # m/rtm per rt(m/s^2)
     creep_time: float  # s the creep of a gripping wheel takes to change
-    creep_rest: float  # m/s of creep without acceleration
     creep_traction: float  # m/s of creep per m/s^2 of acceleration
     creep_hard: float  # m/s of creep per (m/s^2)^2
     creep_limit: float  # m/s of creep with which a wheel may still grip
     creep_edge: float  # m/s, how soft that limit is at least
-    creep_loose: float  # m/s of creep of gripping wheels while others slip
     travel: FloatArray  # (W,) m a rad
     resolution: FloatArray  # (W,) m, standard deviation of one travel reading
     reading: FloatArray  # (W, W) m^2, covariance of the travels of one frame

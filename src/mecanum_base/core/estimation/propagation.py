@@ -154,10 +154,8 @@ def spread(model: Model, memory: Memory) -> None:
     G[VY, 2] = -vx * rg
 
     micro = model.rolling_noise ** 2 + model.traction_noise ** 2 * push
-    sigma = model.creep_rest * speed + model.creep_traction * push + model.creep_hard * push * push
+    sigma = model.creep_traction * push + model.creep_hard * push * push
     loose = m[LOOSE_FOR] > 0.0
-    if loose:
-        sigma += model.creep_loose
     grow = sigma * sigma * (1.0 - decay * decay)
     size = np.empty(w)
     least = ACROSS * math.hypot(path_x, path_y)
