@@ -7,7 +7,8 @@ that slide push the base with their friction. Where all of them turn and slide, 
 the same and the base gains no speed along it, something must balance that push: a wall, a step,
 a load. Then the base stands in that direction, and no wheel grips before its slip has changed.
 It is believed only where the velocity known from the impact agrees, and is far from the speed
-that the wheels claim. Not modelled: a load that gives way slowly (5 cm/s are allowed for).
+that the wheels claim. Along a wall u is as doubtful as the slip across it: with v' the velocity
+across u this adds (v'/|A+ s|)^2 times the variance of v' to the noise. Not modelled: a load that gives way slowly (5 cm/s are allowed for).
 """
 
 from __future__ import annotations
@@ -48,6 +49,12 @@ def held(memory: Memory) -> bool:
 
 
 @kernel
+def perhaps_held(memory: Memory) -> bool:
+    """Did the last frame look as if something were in the way? No wheel may grip meanwhile."""
+    return bool(memory.m[HELD_FOR] > 0.0)
+
+
+@kernel
 def slides_evenly(model: Model, memory: Memory) -> bool:
     """Do all wheels slide, with slip speeds that do not change, and does one of them turn?"""
     each = memory.each
@@ -75,7 +82,11 @@ def stop_at_obstacle(model: Model, memory: Memory, T: float) -> None:
     column = ux * P[:, VX] + uy * P[:, VY]
     variance = float(ux * column[VX] + uy * column[VY])
     speed = float(ux * x[VX] + uy * x[VY])
-    agrees = speed * speed < AGREES * AGREES * variance
+    # the direction comes from slip that is as doubtful across it as the velocity is
+    across = float(ux * x[VY] - uy * x[VX]) / size
+    doubt = across * across * float(
+        ux * ux * P[VY, VY] - 2.0 * ux * uy * P[VX, VY] + uy * uy * P[VX, VX])
+    agrees = speed * speed < AGREES * AGREES * (variance + doubt)
     if m[HELD_FOR] < TIME and (size < LEAST_SLIP or not agrees
                                or speed * speed > size * size - MARGIN * variance):
         m[HELD_FOR] = 0.0
@@ -83,7 +94,7 @@ def stop_at_obstacle(model: Model, memory: Memory, T: float) -> None:
     m[HELD_FOR] += T
     if m[HELD_FOR] < TIME or variance < NOISE * NOISE or not agrees:
         return
-    gain = column / (variance + NOISE * NOISE)
+    gain = column / (variance + NOISE * NOISE + doubt)
     x[:] -= speed * gain
     P[:, :] -= np.outer(gain, column)
     vx, vy = speed * float(gain[VX]), speed * float(gain[VY])

@@ -47,7 +47,7 @@ from mecanum_base.core.estimation.layout import (
     Memory,
 )
 from mecanum_base.core.estimation.model import Model
-from mecanum_base.core.estimation.obstacle import held
+from mecanum_base.core.estimation.obstacle import perhaps_held
 from mecanum_base.core.parameter import FloatArray
 
 NEGLIGIBLE = 0.03  # a hypothesis this improbable moves nothing: doubt repeated is no evidence
@@ -162,7 +162,7 @@ def foresee(model: Model, memory: Memory, T: float) -> FloatArray:
     p = memory.mode
     step = min(T, 0.1)
     prior = p + step * (p @ model.change)
-    stands = held(memory)
+    stands = perhaps_held(memory)
     everything = memory.wheel[PROBABILITY].min() > 0.5
     for i in range(model.wheels):
         factor = 1.0
