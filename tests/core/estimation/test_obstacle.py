@@ -146,6 +146,17 @@ def test_two_and_a_half_standard_deviations_between_gripping_and_standing_are_en
     assert held(memory)
 
 
+@pytest.mark.parametrize(('along', 'known'), [(0.0, False), (0.4, True)])
+def test_along_a_wall_its_direction_is_as_doubtful_as_the_slip_across_it(along, known):
+    model, memory = sliding(speed=0.12, sigma=0.06)  # two sigma: standing seems wrong
+    memory.x[VY], memory.P[VY, VY] = along, 0.12 ** 2
+    frames_pass(model, memory, 9)
+    # by hand: 0.4 m/s along the wall times 0.12/0.4 of its direction add 0.12 m/s of doubt, and
+    # the gain of each frame is 0.06^2/(0.06^2 + 0.05^2 + 0.12^2) = 0.18 at most
+    assert held(memory) is known
+    assert bool(memory.x[VX] < 0.11) is known and memory.x[VX] > 0.12 * 0.82 ** 2 - 1e-9
+
+
 def grips_again(model, memory):
     """Odds, before a frame is seen, of no wheel slipping any more against all of them."""
     everything = model.member.min(axis=1) > 0.0
@@ -161,6 +172,15 @@ def test_while_something_holds_the_base_grip_is_a_thousand_times_less_probable()
     frames_pass(model, memory)
     assert held(memory)
     memory.wheel[SIGMA] = 10.0
+    assert grips_again(model, memory) == pytest.approx(1e-12 * free, rel=1e-9)
+
+
+def test_grip_is_as_improbable_while_it_only_looks_as_if_something_held_the_base():
+    model, memory = sliding()
+    memory.wheel[SIGMA] = 10.0
+    free = grips_again(model, memory)
+    frames_pass(model, memory, 1)
+    assert not held(memory)
     assert grips_again(model, memory) == pytest.approx(1e-12 * free, rel=1e-9)
 
 

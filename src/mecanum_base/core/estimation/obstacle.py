@@ -8,7 +8,8 @@ the same and the base gains no speed along it, something must balance that push:
 a load. Then the base stands in that direction, and no wheel grips before its slip has changed.
 It is believed only where the velocity known from the impact agrees, and is far from the speed
 that the wheels claim. Along a wall u is as doubtful as the slip across it: with v' the velocity
-across u this adds (v'/|A+ s|)^2 times the variance of v' to the noise. Not modelled: a load that gives way slowly (5 cm/s are allowed for).
+across u this adds (v'/|A+ s|)^2 times the variance of v' to the noise. Not modelled: a load that
+gives way slowly (5 cm/s are allowed for).
 """
 
 from __future__ import annotations
