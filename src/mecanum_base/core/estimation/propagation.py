@@ -70,7 +70,7 @@ from mecanum_base.core.estimation.model import Model
 EVEN_TIME = 0.1  # s
 KNOCK, LASTING, HARDEST = 0.7, 1.5, 3.0  # m/s^2, times the even acceleration, m/s^2
 # a wheel that stands while its rollers roll over the floor errs as one that turns
-ACROSS = 0.7
+ACROSS = 0.7  # of the base's way, which is what each wheel turns when it drives straight on
 
 
 @kernel

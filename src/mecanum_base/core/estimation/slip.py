@@ -97,7 +97,11 @@ def measure(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: f
 
 @part
 def watch_slope(model: Model, memory: Memory) -> None:
-    """Which wheels' slip speed has stopped changing: means over the last two spans of frames."""
+    """Which wheels' slip speed has stopped changing: means over the last two spans of frames.
+
+    FLAT of a wheel: 1 has not changed for long, 0.5 changed by much and has just stopped near zero
+    (it may grip again, but nothing else follows from it), 0 changes.
+    """
     clock = memory.clock
     at, each = clock[SLOPE_AT], memory.each
     slips = False
