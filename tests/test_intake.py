@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mecanum_base import robot_file
+from mecanum_base.core.estimation.sensors import ImuConfig
 from mecanum_base.core.records import ImuSample, PoseSample, ResetSample, WheelSample
 from mecanum_base.intake import Intake
 from mecanum_base.robot import Robot
@@ -234,6 +235,29 @@ def test_a_clock_set_back_by_hours_goes_on_from_the_last_pose(robot):
     assert intake.estimator.health.restarts == 1
     assert found[-1].pose[0] == pytest.approx(3.0, abs=0.01)
     assert found[-1].stamp_ns < START
+
+
+# --- late stamps --------------------------------------------------------------------------------
+
+@pytest.mark.parametrize('late', [0.0123456789, -0.2])
+def test_messages_of_an_imu_are_read_as_much_earlier_as_they_are_stamped_late(mapping, late):
+    robot = Robot.from_mapping({**mapping, 'imu': {'late': late, 'rpy': [0.0, 0.0, 0.3]}})
+    poses = []
+    for moved, intake in ((0, Intake(robot.replace(imu=ImuConfig(rpy=robot.imu.rpy)))),
+                          (round(1e9 * late), Intake(robot))):
+        found = []
+        for index in range(200):
+            stamp = START + index * STEP + moved
+            found += intake.imu(Made(
+                header=Made(stamp=Made(sec=stamp // 10**9, nanosec=stamp % 10**9)),
+                angular_velocity=Made(x=0.0, y=0.0, z=math.sin(0.1 * index)),
+                linear_acceleration=Made(x=0.2, y=0.0, z=9.81),
+                angular_velocity_covariance=[0.0] * 9,
+                linear_acceleration_covariance=[0.0] * 9))
+            found += intake.handle(wheels(index, 0.3))
+        assert intake.estimator.health.used['imu'] > 190
+        poses.append([(e.stamp_ns, *e.pose, *e.twist) for e in found])
+    assert len(poses[0]) > 150 and poses[0] == poses[1]
 
 
 # --- wild data ----------------------------------------------------------------------------------

@@ -2,7 +2,8 @@
 
 :class:`Intake` owns the estimator of a robot. Its methods take messages (of rclpy or of a bag,
 see :mod:`mecanum_base.messages`) and return the estimates that became due; a malformed message is
-counted and gives none. :meth:`Intake.handle` takes samples that were built elsewhere. What
+counted and gives none. :meth:`Intake.handle` takes samples that were built elsewhere, with
+``imu.late`` taken off their stamps. What
 depends on data alone is decided here, so that live and replay agree: which poses can be applied
 and when, and the mount of the IMU where it comes from /tf_static. Wheel commands go past the
 estimator: they give notes and change no estimate.
@@ -12,7 +13,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from mecanum_base.messages import MalformedMessage
 from mecanum_base.robot import Robot
 
 Estimates = tuple[Estimate, ...]
+Timed = TypeVar('Timed', bound=Sample)
 MOUNT_WAIT = 5.0  # s of data that wait for the mount of the IMU before it is left out
 _MOST_AHEAD = 16  # poses and resets that wait for data with their stamp
 _FARTHEST = 1e9  # m, m^2: what a pose or its variance may be
@@ -74,8 +76,8 @@ class Intake:
         return self._convert('wheel_ticks', self._ticks, msg, arrival_ns)
 
     def imu(self, msg: Any) -> Estimates:
-        """Gyro and accelerometer (sensor_msgs/Imu)."""
-        return self._convert('imu', messages.imu_sample, msg)
+        """Gyro and accelerometer (sensor_msgs/Imu), stamped ``imu.late`` after the measurement."""
+        return self._convert('imu', self._inertial, msg)
 
     def wheel_commands(self, msg: Any, arrival_ns: int) -> None:
         """Commanded wheel rates (sensor_msgs/JointState); stamp 0 means ``arrival_ns``."""
@@ -209,6 +211,11 @@ class Intake:
             self.command_watch.reading(sample.stamp_ns, sample.position)
         return sample
 
+    def _inertial(self, msg: Any) -> Sample:
+        sample = messages.imu_sample(msg)
+        late_ns = self.robot.imu.late_ns
+        return _at(sample, sample.stamp_ns - late_ns) if late_ns else sample
+
     def _ticks(self, msg: Any, arrival_ns: int) -> Sample:
         sample = messages.tick_sample(msg, len(self.joints), arrival_ns)
         self.command_watch.reading(sample.stamp_ns, sample.counts)
@@ -233,5 +240,5 @@ class Intake:
         return Estimator(robot.base, robot.encoder, robot.imu, robot.estimator, self._smoothed)
 
 
-def _at(sample: PoseSample | ResetSample, stamp_ns: int) -> PoseSample | ResetSample:
+def _at(sample: Timed, stamp_ns: int) -> Timed:
     return dataclasses.replace(sample, stamp_ns=stamp_ns)

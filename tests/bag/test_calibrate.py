@@ -13,7 +13,6 @@ from mecanum_base.bag.analysis.calibrated_file import calibrated_wheels, rewritt
 from mecanum_base.bag.analysis.calibration import Calibration
 from mecanum_base.bag.analysis.fitted_value import Value
 from mecanum_base.bag.analysis.robust_fit import robust_fit, student
-from mecanum_base.bag.analysis.time_offset import OFFSET, offset_notes
 from mecanum_base.cli.main import main
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.core.kinematics.solve import body_from_wheels
@@ -174,27 +173,6 @@ def test_the_gyro_scale_of_the_written_file_is_the_right_one_and_fitted_no_more(
     assert scales[0] == pytest.approx(1.03 / 1.01, abs=0.002)
     assert scales[1] == pytest.approx(1.0, abs=0.002)
     assert load_robot(files[1]).imu.gyro_scale == pytest.approx(1.03, abs=0.002)
-
-
-def offset(value, half=0.001):
-    return Value(OFFSET, value, value - half, value + half, 'observable')
-
-
-@pytest.mark.parametrize('offsets, told', [
-    ([0.042], ('42 ms too late', 'subtract 0.042 s from header.stamp', '2.4 deg',
-               'estimator.reorder_wait to 0.06 s')),
-    ([-0.031, -0.029], ('30 ms too early', 'add 0.030 s to header.stamp')),
-    ([0.012], ('12 ms too late', 'no key of the robot file')),
-    ([0.010, 0.055], ('+10 to +55 ms', 'synchronise'))])
-def test_a_time_offset_comes_with_what_to_do_about_it(offsets, told):
-    text, = offset_notes([offset(v) for v in offsets], 0.02)
-    assert all(part.lower() in text.lower() for part in told), text
-    assert ('reorder_wait' in text) == (offsets == [0.042])
-
-
-def test_a_time_offset_of_half_a_sample_or_none_needs_no_advice():
-    assert offset_notes([offset(0.004), offset(-0.002, 0.003)], 0.02) == []
-    assert offset_notes([Value(OFFSET, None, None, None, 'too little turning')], 0.02) == []
 
 
 def test_a_folder_that_holds_bags_serves_too(tmp_path, make):

@@ -32,6 +32,21 @@ def test_a_good_file_tells_what_the_robot_can_do_and_its_encoders_see(tmp_path, 
         assert words in out
 
 
+@pytest.mark.parametrize('late, wait, told', [
+    (0.06, 0.02, ('messages of the IMU', 'to 0.08 s')),
+    (-0.03, 0.02, ('messages of the encoders', 'to 0.05 s')),
+    (0.06, 0.06, ()), (0.0, 0.0, ())])
+def test_lateness_of_the_imu_beyond_the_wait_of_the_merge_is_warned_of(tmp_path, capsys, late,
+                                                                       wait, told):
+    text = TEXT.replace('from_tf: false', f'from_tf: false\n      late: {late}').replace(
+        '    imu:', f'    estimator: {{reorder_wait: {wait}}}\n    imu:', 1)
+    code, _, err = check(tmp_path, capsys, text)
+    assert code == 0 and (err == '') == (told == ())
+    if told:
+        assert err.startswith(f'warning: imu.late = {late:g} s') and err.count('\n') == 1
+        assert all(part in err for part in told)
+
+
 def test_mirrored_rollers_are_a_finding_that_is_explained(tmp_path, capsys):
     code, out, _ = check(tmp_path, capsys, with_rollers(TEXT, -0.7854, 0.7854, 0.7854, -0.7854))
     assert code == 1

@@ -305,6 +305,17 @@ def test_imu_faults_do_what_their_names_say():
     assert first.stamp_ns == 30_000_000
 
 
+@pytest.mark.parametrize('late, published', [(0.06, 0.06), (-0.02, 0.0)])
+def test_an_imu_is_stamped_as_late_as_the_robot_file_says_and_published_no_earlier(late,
+                                                                                  published):
+    sim = simulation(imu=dataclasses.replace(ROBOT.imu, late=late))
+    first, second = [p for p in sim.advance_published(SECOND)
+                     if isinstance(p.reading, ImuSample)][:2]
+    assert first.reading.stamp_ns == round(late * SECOND)
+    assert first.at_ns == round(published * SECOND)
+    assert second.reading.stamp_ns - first.reading.stamp_ns == SECOND // 200
+
+
 def test_the_held_fault_lasts_until_it_is_switched_off():
     sim = simulation()
     sim.set_fault('imu_nan')

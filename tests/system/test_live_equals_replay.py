@@ -204,17 +204,20 @@ def mount_message():
     return msg
 
 
-@pytest.mark.parametrize('source,from_tf', [('joint_states', False), ('wheel_ticks', False),
-                                            ('joint_states', True)])
-def test_what_the_node_published_is_what_replay_of_the_recording_writes(tmp_path, source, from_tf):
+@pytest.mark.parametrize('source,from_tf,late', [
+    ('joint_states', False, 0.0), ('wheel_ticks', False, -0.0123456789),
+    ('joint_states', True, 0.0123456789)])
+def test_what_the_node_published_is_what_replay_of_the_recording_writes(tmp_path, source, from_tf,
+                                                                        late):
     """Odometry node and record node hear the same topics; the bag replays to the same bytes.
 
     All messages travel through DDS; a reset is asked for by service and a pose is given; the
-    mount of the IMU is in the robot file or comes on tf_static, in the middle of the data.
+    mount of the IMU is in the robot file or comes on tf_static, in the middle of the data. The IMU
+    is stamped on time, early and late.
     """
     mapping = read_parameters(ROBOT)
     mapping['encoder']['source'] = source
-    mapping['imu']['from_tf'] = from_tf
+    mapping['imu'].update(from_tf=from_tf, late=late)
     robot = Robot.from_mapping(mapping)
     with Script(start_ns=START) as script:
         found = simulated(robot, 0.8)

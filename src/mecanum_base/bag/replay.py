@@ -136,7 +136,7 @@ def replay_into(paths: list[str], robot: Robot, sink: Callable[[], Sink], topics
         rejected: list[tuple[str, str]] = []
         reader = SampleReader(robot.base.joint, topics,
                               lambda stream, reason: rejected.append((stream, reason)),
-                              robot.drive.command_joints)
+                              robot.drive.command_joints, robot.imu.late_ns)
         course = Course()
         output: _Output | None = None
         try:

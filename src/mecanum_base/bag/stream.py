@@ -146,11 +146,12 @@ class SampleReader:
 
     def __init__(self, joints: tuple[str, ...], topics: Topics,
                  reject: Callable[[str, str], None],
-                 command_order: tuple[str, ...] = ()) -> None:
+                 command_order: tuple[str, ...] = (), imu_late_ns: int = 0) -> None:
         """``reject(stream, reason)`` is called for every malformed message; ``command_order``
-        names the wheels in commands without names (default: ``joints``)."""
+        names the wheels in commands without names (default: ``joints``); ``imu_late_ns`` is
+        taken off the stamps of the IMU, as the intake does."""
         self.joints, self.topics, self.reject = joints, topics, reject
-        self._order = command_order or joints
+        self._order, self._imu_late_ns = command_order or joints, imu_late_ns
         self.read = dict.fromkeys((*NAMES, COMMANDS), 0)
         self.foreign = 0
 
@@ -203,6 +204,7 @@ class SampleReader:
             code, part = TICKS, tick_readings(block, chosen, len(self.joints), kind)
         else:
             code, part = IMU, imu_readings(block, chosen)
+            part.stamp_ns = part.stamp_ns - self._imu_late_ns
         self.foreign += part.foreign
         for reason in part.rejected:
             self.reject(NAMES[code], reason)

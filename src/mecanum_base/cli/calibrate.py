@@ -9,8 +9,9 @@ import pathlib
 import sys
 from typing import Any
 
-HELP = ('fit wheel radius, lever arm, lateral factor, gyro scale and IMU mounting to bags, with '
-        'uncertainty; writes a robot file; refuses what the motion did not excite')
+HELP = ('fit wheel radius, lever arm, lateral factor, gyro scale, mounting and time offset of the '
+        'IMU to bags, with uncertainty; writes a robot file; refuses what the motion did not '
+        'excite')
 EXAMPLE = '''mecanum calibrate run1.mcap run2.mcap --robot robot.yaml --out calibrated.yaml
 mecanum calibrate straight.mcap --robot robot.yaml --out calibrated.yaml --distance 3.02'''
 
@@ -45,6 +46,7 @@ def run(options: argparse.Namespace) -> int:
     from mecanum_base.bag.analysis.calibrate_bags import calibrate_bags
     from mecanum_base.bag.analysis.calibrated_file import (
         calibrated_wheels,
+        estimator_keys,
         imu_keys,
         rewritten,
         roller_text,
@@ -65,7 +67,8 @@ def run(options: argparse.Namespace) -> int:
     assert isinstance(robot.base, Wheels)
     given = [n for n, v in found.axes.items() if v.given]
     imu = imu_keys(found, robot)
-    given += [f'imu.{key}' for key in imu]
+    estimator = estimator_keys(found)
+    given += [f'imu.{key}' for key in imu] + [f'estimator.{key}' for key in estimator]
     text = roller_text(found, robot.base)
     if text:
         found.notes.append(text)
@@ -87,7 +90,8 @@ def run(options: argparse.Namespace) -> int:
                f'{", ".join(given)}').replace('\n', ' ')
     try:
         pathlib.Path(options.out).write_text(
-            rewritten(read_text(options.robot), options.robot, changed, comment, imu),
+            rewritten(read_text(options.robot), options.robot, changed, comment, imu,
+                      estimator),
             encoding='utf-8')
     except OSError as error:
         raise BagError(f'{options.out}: cannot be written: {error.strerror}') from None

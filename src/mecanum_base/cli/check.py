@@ -8,6 +8,7 @@ import sys
 
 from mecanum_base.cli.check_carriers import describe_carriers
 from mecanum_base.cli.check_files import convert_controller, parameter_lines, write_asked
+from mecanum_base.cli.check_stamps import late_warning
 from mecanum_base.cli.check_wheels import describe_wheels
 from mecanum_base.core.errors import ConfigError
 from mecanum_base.core.kinematics.wheels import Wheels
@@ -49,6 +50,8 @@ def run(options: argparse.Namespace) -> int:
     robot = load_robot(options.robot_file, strict=options.strict)
     if robot.ignored:
         print(_warning(robot.ignored), file=sys.stderr)
+    if warning := late_warning(robot):
+        print(warning, file=sys.stderr)
     lines, findings = describe(robot)
     print(f'{options.robot_file}: valid')
     print('\n'.join(lines))

@@ -26,7 +26,7 @@ VERBS = {
     'demo': 'drive a simulated base over ROS 2 topics; odometry and slip against the truth',
     'replay': 'run the estimator over a recorded bag',
     'analyze': 'findings and report on recorded bags',
-    'calibrate': 'fit wheel, lever and gyro constants to a bag',
+    'calibrate': 'fit the constants of wheels and IMU to a bag',
     'doctor': 'find swapped wheels, wrong signs and other wiring faults in a bag',
     'check': 'validate a robot file',
     'combos': 'the 81 wheel combinations of a four-wheel base',

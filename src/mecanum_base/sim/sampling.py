@@ -41,6 +41,7 @@ class Sampling:
         self.encoders = Encoders(encoder, joints, config.seed)
         self._transport = Transport(config)
         self._period, self._imu_rate = 1.0 / config.encoder_rate, config.imu_rate
+        self._late_ns = imu.late_ns
         self._hinges = np.array([name != '' for name in hinges]) if any(hinges) else None
         self._rows: tuple[list[tuple[int, int, list[float]]], ...] = ([], [], [])
         self._frozen: tuple[FloatArray, FloatArray] | None = None
@@ -104,8 +105,9 @@ class Sampling:
             gyro, accel = np.full_like(gyro, np.nan), np.full_like(accel, np.nan)
         for k, (taken, index) in enumerate(when):
             stamp, published = self._transport.imu(taken, index, active)
-            if published is not None:
-                out.append((published, taken, 0,
+            if published is not None:  # no sensor publishes before the time it stamps
+                stamp += self._late_ns
+                out.append((max(published, taken + self._late_ns), taken, 0,
                             ImuSample(stamp + origin_ns, gyro[k], accel[k])))
 
     def _spacing_of(self, when: list[tuple[int, int]]) -> FloatArray:

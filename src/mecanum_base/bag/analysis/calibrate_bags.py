@@ -15,7 +15,7 @@ from mecanum_base.bag.analysis.evidence import Evidence, evidence_of
 from mecanum_base.bag.analysis.fitted_value import Value
 from mecanum_base.bag.analysis.imu_fit import mount_fit
 from mecanum_base.bag.analysis.motion import dead_reckoned
-from mecanum_base.bag.analysis.time_offset import offset_notes, time_offset
+from mecanum_base.bag.analysis.time_offset import lateness, time_offset
 from mecanum_base.core.errors import BagError
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.core.kinematics.wheels import Wheels
@@ -44,7 +44,10 @@ def calibrate_bags(paths: list[str], robot: Robot, options: Any, update: Update)
         raise BagError(f'{", ".join(paths)}: too short to calibrate: at least 8 s with wheels and '
                        'reference at the same time are needed')
     result.constants += offsets
-    result.notes += offset_notes(offsets, robot.estimator.reorder_wait)
+    result.late, notes = lateness(offsets, robot.imu.late)
+    result.notes += notes
+    if result.late is not None:
+        _wait(result, evidences, robot)
     if options.distance is not None:
         _measured(result, evidences, matrix, options)
     for number, evidence in enumerate(evidences):
@@ -73,6 +76,23 @@ def fitted(evidences: list[Evidence], late: list[float], matrix: FloatArray) -> 
 
 def _step(update: Update, number: int, total: int, share: float) -> None:
     update((number + share) / total, f'{number + 1} of {total}')
+
+
+def _wait(result: Calibration, evidences: list[Evidence], robot: Robot) -> None:
+    """The reorder wait that the new lateness asks for, as the messages arrived."""
+    assert result.late is not None
+    moved_ns = round(1e9 * result.late) - robot.imu.late_ns
+    wait = robot.estimator.reorder_wait
+    found = [w for e in evidences if e.arrived is not None
+             and (w := e.arrived.wait(moved_ns, wait)) is not None]
+    if not found:
+        return
+    result.reorder_wait = max(found)
+    who = 'IMU' if moved_ns > 0 else 'encoders'
+    result.notes.append(
+        f'read with it, messages of the {who} come later than estimator.reorder_wait = {wait:g} s '
+        f'allows and would be dropped: {result.reorder_wait:g} s is written, by which the '
+        'odometry is published later; better let the driver publish in time')
 
 
 def _measured(result: Calibration, evidences: list[Evidence], matrix: Any,

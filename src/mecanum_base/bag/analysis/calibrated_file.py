@@ -5,6 +5,7 @@
     lambda = s_x/s_w: x, y scaled so that the yaw column of H becomes lambda times the old one
     imu.rpy:          the fitted turn put before the mount of the file
     imu.gyro_scale:   that of the file * the fitted one
+    imu.late:         that of the file + the offset found, with the reorder wait it asks for
 """
 
 from __future__ import annotations
@@ -108,12 +109,20 @@ def imu_keys(found: Calibration, robot: Robot) -> dict[str, str]:
     for value in found.constants:
         if value.name == GYRO_SCALE and value.value is not None:
             keys['gyro_scale'] = f'{robot.imu.gyro_scale * value.value:.6f}'
+    if found.late is not None:
+        keys['late'] = f'{found.late:.4f}'
     return keys
 
 
+def estimator_keys(found: Calibration) -> dict[str, str]:
+    """Keys of the block ``estimator`` that the fit changes, with their new values as YAML."""
+    return {} if found.reorder_wait is None else {'reorder_wait': f'{found.reorder_wait:.3f}'}
+
+
 def rewritten(text: str, name: str, changed: Wheels, comment: str,
-              imu: dict[str, str] | None = None) -> str:
-    """The robot file ``text`` with the columns of ``changed`` and the keys of ``imu`` (texts)."""
+              imu: dict[str, str] | None = None, estimator: dict[str, str] | None = None) -> str:
+    """The robot file ``text`` with the columns of ``changed`` and the keys of the blocks ``imu``
+    and ``estimator`` (texts)."""
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     block = _below(root, ('ros__parameters', 'wheels'))
     if block is None:
@@ -122,8 +131,9 @@ def rewritten(text: str, name: str, changed: Wheels, comment: str,
     for key, node in block.value:
         if key.value in ('radius', 'roller', 'x', 'y'):
             edits.append(_replaced(text, key, node, listed(getattr(changed, key.value))))
-    if imu:
-        edits += _imu_edits(text, _below(root, ('ros__parameters',)), imu)
+    for other, keys in (('imu', imu), ('estimator', estimator)):
+        if keys:
+            edits += _block_edits(text, _below(root, ('ros__parameters',)), other, keys)
     for start, end, new in sorted(edits, reverse=True):
         tail = text[start:end]
         text = text[:start] + new + tail[len(tail.rstrip()):] + text[end:]
@@ -137,11 +147,12 @@ def _replaced(text: str, key: Any, node: Any, new: str) -> tuple[int, int, str]:
     return text.index(':', key.end_mark.index) + 1, node.end_mark.index, ' ' + new
 
 
-def _imu_edits(text: str, parameters: Any, keys: dict[str, str]) -> list[tuple[int, int, str]]:
-    """The edits that set keys of the block ``imu``: their values, new keys, or a new block."""
+def _block_edits(text: str, parameters: Any, block: str,
+                 keys: dict[str, str]) -> list[tuple[int, int, str]]:
+    """The edits that set keys of a block: their values, new keys, or a new block."""
     lines = [f'{key}: {value}' for key, value in keys.items()]
     for key, node in parameters.value:
-        if key.value != 'imu':
+        if key.value != block:
             continue
         if not isinstance(node, yaml.MappingNode):  # `imu:` with nothing below
             return [_replaced(text, key, node, '{' + ', '.join(lines) + '}')]
@@ -149,7 +160,7 @@ def _imu_edits(text: str, parameters: Any, keys: dict[str, str]) -> list[tuple[i
         edits = [_replaced(text, *there[name], keys[name]) for name in keys if name in there]
         new = [f'{name}: {keys[name]}' for name in keys if name not in there]
         return edits + ([_inserted(node, new)] if new else [])
-    return [_inserted(parameters, ['imu: {' + ', '.join(lines) + '}'])]
+    return [_inserted(parameters, [f'{block}: {{' + ', '.join(lines) + '}'])]
 
 
 def _inserted(block: Any, lines: list[str]) -> tuple[int, int, str]:

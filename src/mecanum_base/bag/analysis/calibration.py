@@ -53,6 +53,8 @@ class Calibration:
     constants: list[Value] = field(default_factory=list)
     wheels: list[Value] = field(default_factory=list)
     mount: MountFit = field(default_factory=MountFit)
+    late: float | None = None  # s, the new imu.late
+    reorder_wait: float | None = None  # s, the new estimator.reorder_wait, which that asks for
     held_out: dict[str, float] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 

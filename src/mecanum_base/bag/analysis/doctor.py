@@ -66,7 +66,7 @@ def examine(robot: Robot, motion: WheelMotion, gyro: Gyro | None, truth: Track |
     verdict = Verdict()
     assert isinstance(robot.base, Wheels)
     _file_plausible(robot.base, verdict)
-    late = _time_offset(motion, gyro, verdict)
+    late = _time_offset(robot, motion, gyro, verdict)
     signals = signals_of(motion, gyro, truth, command, late)
     if signals is None:
         verdict.missing.append('the recording is too short: drive for at least ten seconds')
@@ -120,7 +120,8 @@ def _accel_unit(signals: Signals, verdict: Verdict) -> None:
             f'its reading at rest has the size {signals.up_size:.3f}'))
 
 
-def _time_offset(motion: WheelMotion, gyro: Gyro | None, verdict: Verdict) -> float:
+def _time_offset(robot: Robot, motion: WheelMotion, gyro: Gyro | None,
+                 verdict: Verdict) -> float:
     """Offset of the gyro's stamps, found without any geometry on its liveliest axis."""
     if gyro is None:
         return 0.0
@@ -139,8 +140,9 @@ def _time_offset(motion: WheelMotion, gyro: Gyro | None, verdict: Verdict) -> fl
     verdict.diagnoses.append(Diagnosis(
         'time_offset', f'the IMU is stamped {abs(found.offset) * 1e3:.0f} ms '
         f'{"late" if found.offset > 0 else "early"}',
-        ('correct the stamps in the driver of the IMU (there is no line for it in the robot '
-         'file)',), 0.97, f'{found.offset * 1e3:+.1f} +- {found.offset_sigma * 1e3:.1f} ms, '
+        (f'late: {robot.imu.late + found.offset:.4f}', 'under imu, or correct the stamps in the '
+         'driver of the IMU'), 0.97,
+        f'{found.offset * 1e3:+.1f} +- {found.offset_sigma * 1e3:.1f} ms, '
         f'the wheels then explain {100 * found.fit:.1f} % of the gyro'))
     return found.offset
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from mecanum_base.bag.analysis.arrival import Arrivals, arrivals
 from mecanum_base.bag.analysis.doctor import Verdict, examine
 from mecanum_base.bag.analysis.drift import Track
 from mecanum_base.bag.analysis.motion import (
@@ -26,13 +27,14 @@ from mecanum_base.robot import Robot
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
     """``motion`` as the robot file reads it, ``gyro`` in sensor axes, poses of the truth, twists
-    of the commands."""
+    of the commands, the order of arrival."""
 
     robot: Robot
     motion: WheelMotion
     gyro: Gyro | None
     truth: Track | None
     command: Track | None
+    arrived: Arrivals | None = None
 
     def examined(self) -> Verdict:
         """The doctor's verdict."""
@@ -54,7 +56,7 @@ def evidence_of(paths: str | list[str], robot: Robot, encoder_topic: str | None 
     topics = Topics.of(robot, encoder_topic, imu_topic, use_imu)
     encoder = encoder_series(recording, topics)
     motion = wheel_motion(encoder, robot.encoder) if encoder is not None else None
-    if motion is None:
+    if encoder is None or motion is None:
         known = [series.channel for series in recording.series.values()]
         raise BagError(f'{", ".join(recording.paths)}: '
                        f'{advice("encoder", str(topics.encoder), known)}')
@@ -63,7 +65,7 @@ def evidence_of(paths: str | list[str], robot: Robot, encoder_topic: str | None 
     return Evidence(robot, motion,
                     gyro_motion(imu, robot, turned=False) if imu is not None else None,
                     track_of(truth, truth_frame) if truth is not None else None,
-                    _commands(recording))
+                    _commands(recording), arrivals(encoder, imu, robot.imu.late_ns))
 
 
 def _commands(recording: Recording) -> Track | None:

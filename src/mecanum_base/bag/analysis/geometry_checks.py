@@ -43,8 +43,9 @@ def yaw_findings(topic: str, motion: WheelMotion, gyro: Gyro,
         result.append(Finding(
             'warning', 'time_offset', f'the gyro is {late} the wheels',
             f'by {abs(found.offset) * 1e3:.0f} +- {found.offset_sigma * 1e3:.0f} ms; {shown}',
-            'correct the stamps at the source: filters in the IMU (low-pass) and late stamping '
-            'are the usual reasons', topic, numbers=numbers))
+            'filters in the IMU (low-pass) and late stamping are the usual reasons: correct the '
+            'stamps at the source, or let `mecanum calibrate` write imu.late', topic,
+            numbers=numbers))
     if math.isfinite(found.scale):
         off = found.scale - 1.0
         if found.scale < -0.3:

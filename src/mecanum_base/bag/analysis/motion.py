@@ -178,15 +178,17 @@ class Gyro:
 
 def gyro_motion(series: Series, robot: Robot | None = None,
                 turned: bool = True) -> Gyro | None:
-    """Inertial columns of an Imu topic, with the gyro scale of the robot file; in sensor axes
-    without a robot file or if not ``turned``. None with less than three samples."""
+    """Inertial columns of an Imu topic, with gyro scale and lateness of the robot file; in sensor
+    axes without a robot file or if not ``turned``. None with less than three samples."""
     if 'gyro' not in series.values or len(series) < 3:
         return None
     order = np.argsort(series.stamp_ns, kind='stable')
+    stamp = series.stamp_ns[order]
     rate, accel = series.values['gyro'][order], series.values['accel'][order]
     if robot is not None:
+        stamp = stamp - robot.imu.late_ns
         rate = rate / robot.imu.gyro_scale
     if robot is not None and turned:
         turn = robot.imu.base_from_sensor()
         rate, accel = rate @ turn.T, accel @ turn.T
-    return Gyro(series.stamp_ns[order], rate, accel)
+    return Gyro(stamp, rate, accel)

@@ -1,4 +1,4 @@
-"""Time offset of the IMU's stamps against the encoders', and what to do with it."""
+"""Time offset of the IMU's stamps against the encoders', and the ``imu.late`` it makes."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from mecanum_base.bag.analysis.agreement import yaw_agreement
 from mecanum_base.bag.analysis.evidence import Evidence
 from mecanum_base.bag.analysis.fitted_value import Value, refused
 from mecanum_base.bag.analysis.motion import Gyro, wheel_matrix
+from mecanum_base.core.estimation.sensors import LATEST
 
 OFFSET = 'gyro time offset [s]'  # name of that constant
-_HARMLESS = 0.005  # s: half a sample of an ordinary encoder
+_HARMLESS = 0.005  # s
 
 
 def time_offset(found: Evidence, offsets: list[Value]) -> float:
@@ -33,27 +34,34 @@ def time_offset(found: Evidence, offsets: list[Value]) -> float:
     return agreed.offset
 
 
-def offset_notes(offsets: list[Value], reorder_wait: float) -> list[str]:
-    """What the offsets of one or several recordings mean; ``reorder_wait`` s of the estimator."""
+def lateness(offsets: list[Value], old: float) -> tuple[float | None, list[str]]:
+    """The new ``imu.late`` [s] for the ``old`` one and what recordings read with it still show,
+    with a note why; None where it stays.
+
+    Written where recordings agree on an offset that is surely not 0 and not harmless: 5 ms are
+    half a sample of an ordinary encoder, and what a base lags behind its wheels.
+    """
     given = [(v.value, v.low, v.high) for v in offsets
              if v.value is not None and v.low is not None and v.high is not None]
     if not given:
-        return []
+        return None, []
     value, low, high = (np.array(column) for column in zip(*given))
     if float(low.max()) > float(high.min()) + _HARMLESS:
-        return [f'the time offset of the IMU differs from recording to recording '
-                f'({1e3 * value.min():+.0f} to {1e3 * value.max():+.0f} ms): two clocks drift '
-                'apart; stamp encoders and IMU by one clock, or synchronise both (PTP, chrony)']
-    late = float(np.median(value))
-    if abs(late) <= _HARMLESS:
-        return []
-    sense, cure = (('late', 'subtract {:.3f} s from') if late > 0.0 else
-                   ('early', 'add {:.3f} s to'))
-    text = (f'the IMU is stamped {1e3 * abs(late):.0f} ms too {sense}, which puts the heading '
-            f'{math.degrees(abs(late)):.1f} deg off while the base turns at 1 rad/s. No key of '
-            f'the robot file takes this number: let the driver of the IMU '
-            f'{cure.format(abs(late))} header.stamp')
-    if late > reorder_wait:
-        text += (f'; if its messages also arrive that late, set estimator.reorder_wait to '
-                 f'{math.ceil(100.0 * late + 1.0) / 100.0:.2f} s, or they will be dropped as late')
-    return [text]
+        return None, [
+            f'the time offset of the IMU differs from recording to recording '
+            f'({1e3 * value.min():+.0f} to {1e3 * value.max():+.0f} ms): two clocks drift '
+            'apart, imu.late is not written; stamp encoders and IMU by one clock, or synchronise '
+            'both (PTP, chrony)']
+    weight = 1.0 / np.maximum((high - low) / 2.0, 1e-4) ** 2
+    late = float(value @ weight / weight.sum())
+    if abs(late) <= max(_HARMLESS, float(weight.sum()) ** -0.5):
+        return None, []
+    new = round(old + late, 4)
+    sense = 'late' if late > 0.0 else 'early'
+    what = (f'the IMU is stamped {1e3 * abs(late):.0f} ms too {sense}, which puts the heading '
+            f'{math.degrees(abs(late)):.1f} deg off while the base turns at 1 rad/s')
+    if abs(new) > LATEST:
+        return None, [f'{what}: imu.late = {new:.3f} s would be more than {LATEST} s, which is '
+                      'another clock and no delay: let the driver of the IMU stamp by the clock '
+                      'of the encoders']
+    return new, [f'{what}: imu.late = {new:.4f} s is written']

@@ -11,6 +11,8 @@ import numpy as np
 from mecanum_base.core.errors import ConfigError
 from mecanum_base.core.parameter import FloatArray, IntArray, frozen_floats, parameter
 
+LATEST = 0.5  # s: stamps that are further off come from another clock, not from a delay
+
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class EncoderConfig:
@@ -50,7 +52,11 @@ class EncoderConfig:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ImuConfig:
-    """Mount of the IMU in base_link (REP-145) and scale of its gyro."""
+    """Mount of the IMU in base_link (REP-145), scale of its gyro and lateness of its stamps.
+
+    ``late`` is taken off where messages become samples (intake, columns of a bag): the estimator
+    knows moments of measurement only.
+    """
 
     xyz: FloatArray = parameter('floats', 'm', 'position in base_link', default=(0.0, 0.0, 0.0))
     rpy: FloatArray = parameter('floats', 'rad', 'rotation base_link -> sensor, fixed axes X Y Z',
@@ -59,6 +65,8 @@ class ImuConfig:
                               default=False)
     gyro_scale: float = parameter('float', '', 'rate that the gyro reads over the true rate',
                                   default=1.0, low=0.5, high=2.0)
+    late: float = parameter('float', 's', 'how much later than the moment of measurement the '
+                            'IMU stamps; subtracted', default=0.0, low=-LATEST, high=LATEST)
 
     def __post_init__(self) -> None:
         for key in ('xyz', 'rpy'):
@@ -66,6 +74,11 @@ class ImuConfig:
             if len(value) != 3:
                 raise ConfigError(key, list(value), 'must have three entries')
             object.__setattr__(self, key, frozen_floats(value))
+
+    @property
+    def late_ns(self) -> int:
+        """``late`` in ns: what messages of the IMU are stamped too late."""
+        return round(1e9 * self.late)
 
     def base_from_sensor(self) -> FloatArray:
         """Rotation (3, 3) from sensor axes to base_link axes: Rz(yaw) Ry(pitch) Rx(roll)."""
