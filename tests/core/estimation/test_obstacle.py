@@ -150,11 +150,31 @@ def test_two_and_a_half_standard_deviations_between_gripping_and_standing_are_en
 def test_along_a_wall_its_direction_is_as_doubtful_as_the_slip_across_it(along, known):
     model, memory = sliding(speed=0.12, sigma=0.06)  # two sigma: standing seems wrong
     memory.x[VY], memory.P[VY, VY] = along, 0.12 ** 2
-    frames_pass(model, memory, 9)
-    # by hand: 0.4 m/s along the wall times 0.12/0.4 of its direction add 0.12 m/s of doubt, and
-    # the gain of each frame is 0.06^2/(0.06^2 + 0.05^2 + 0.12^2) = 0.18 at most
+    frames_pass(model, memory, 7)
+    memory.m[HELD_FOR] *= 1.2
+    frames_pass(model, memory, 1)
+    # by hand: d(u.v)/dv = (1, -0.4/0.4), variance 0.06^2 + 0.12^2 = 0.018; noise 0.05^2 and
+    # (0.2 0.4)^2 of rubbing; one frame moves vx by -0.12 0.0036/0.0269, vy by 0.12 0.0144/0.0269
     assert held(memory) is known
-    assert bool(memory.x[VX] < 0.11) is known and memory.x[VX] > 0.12 * 0.82 ** 2 - 1e-9
+    assert memory.x[VX] == pytest.approx(0.12 - 0.12 * 0.0036 / 0.0269 * known, abs=1e-9)
+    assert memory.x[VY] == pytest.approx(along + 0.12 * 0.0144 / 0.0269 * known, abs=1e-9)
+
+
+def test_a_base_that_rubs_along_a_wall_goes_to_the_nearest_velocity_across_its_slip():
+    # velocities across their slip lie on the circle with the diameter 0 to (0.4, 0.4), the
+    # speed of the wheels (Thales); (0.06, 0.46) is 12.5 mm/s outside, in the direction `out`
+    model, memory = sliding(sigma=0.12)
+    claim, start = np.array([0.4, 0.4]), np.array([0.06, 0.46])
+    memory.x[VX], memory.x[VY] = start
+    memory.wheel[SLIP] = memory.rows[:, :2] @ (claim - start)
+    memory.wheel[STEP] = memory.rows[:, :2] @ claim
+    out = (start - 0.5 * claim) / math.hypot(*(start - 0.5 * claim))
+    outside = math.hypot(*(start - 0.5 * claim)) - math.hypot(*claim) / 2
+    frames_pass(model, memory)
+    moved = np.array([memory.x[VX], memory.x[VY]]) - start
+    assert held(memory)
+    assert -outside < moved @ out < -0.7 * outside  # a part stays: doubt of the wall
+    assert abs(moved @ (out[1], -out[0])) < 0.02 * outside  # curvature of the circle
 
 
 def grips_again(model, memory):

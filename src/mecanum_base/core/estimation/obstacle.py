@@ -7,9 +7,13 @@ that slide push the base with their friction. Where all of them turn and slide, 
 the same and the base gains no speed along it, something must balance that push: a wall, a step,
 a load. Then the base stands in that direction, and no wheel grips before its slip has changed.
 It is believed only where the velocity known from the impact agrees, and is far from the speed
-that the wheels claim. Along a wall u is as doubtful as the slip across it: with v' the velocity
-across u this adds (v'/|A+ s|)^2 times the variance of v' to the noise. Not modelled: a load that
-gives way slowly (5 cm/s are allowed for).
+that the wheels claim. Along a wall u turns with the velocity that it is computed from, u' across
+u, left of it:
+
+    d(u . v)/dv = u - u' (u' . v) / |A+ s|
+
+so that v is drawn to the circle of velocities across their own slip, and rubbing along the wall
+adds noise of 0.2 (u' . v). Not modelled: a load that gives way slowly (5 cm/s are allowed for).
 """
 
 from __future__ import annotations
@@ -40,6 +44,7 @@ PUSH = 0.2  # m/s^2 of acceleration along the slip that still counts as none
 TIME = 0.08  # s beyond the time that tells that slip does not change
 NOISE = 0.05  # m/s
 AGREES = 1.5  # standard deviations of the velocity along the slip
+RUB = 0.2  # coefficient of friction of an obstacle that the base rubs along
 MARGIN = 4.0  # squared standard deviations by which standing must beat gripping
 
 
@@ -80,22 +85,23 @@ def stop_at_obstacle(model: Model, memory: Memory, T: float) -> None:
     if abs(ux * m[EVEN_AX] + uy * m[EVEN_AY]) > PUSH:
         m[HELD_FOR] = 0.0
         return
-    column = ux * P[:, VX] + uy * P[:, VY]
-    variance = float(ux * column[VX] + uy * column[VY])
     speed = float(ux * x[VX] + uy * x[VY])
-    # the direction comes from slip that is as doubtful across it as the velocity is
-    across = float(ux * x[VY] - uy * x[VX]) / size
-    doubt = across * across * float(
-        ux * ux * P[VY, VY] - 2.0 * ux * uy * P[VX, VY] + uy * uy * P[VX, VX])
-    agrees = speed * speed < AGREES * AGREES * (variance + doubt)
+    variance = float(ux * ux * P[VX, VX] + 2.0 * ux * uy * P[VX, VY] + uy * uy * P[VY, VY])
+    # the slip, and so its direction u, changes with the velocity: d(u.v)/dv = u - u' (u'.v) / size
+    across = float(ux * x[VY] - uy * x[VX])
+    jx, jy = ux + uy * across / size, uy - ux * across / size
+    column = jx * P[:, VX] + jy * P[:, VY]
+    spread = float(jx * column[VX] + jy * column[VY])
+    agrees = speed * speed < AGREES * AGREES * spread
     if m[HELD_FOR] < TIME and (size < LEAST_SLIP or not agrees
-                               or speed * speed > size * size - MARGIN * variance):
+                               or speed * speed * variance
+                               > (size * size - MARGIN * variance) * spread):
         m[HELD_FOR] = 0.0
         return
     m[HELD_FOR] += T
-    if m[HELD_FOR] < TIME or variance < NOISE * NOISE or not agrees:
+    if m[HELD_FOR] < TIME or spread < NOISE * NOISE or not agrees:
         return
-    gain = column / (variance + NOISE * NOISE + doubt)
+    gain = column / (spread + NOISE * NOISE + (RUB * across) ** 2)
     x[:] -= speed * gain
     P[:, :] -= np.outer(gain, column)
     vx, vy = speed * float(gain[VX]), speed * float(gain[VY])
