@@ -8,10 +8,12 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
 
+from mecanum_base.bag.analysis.fleet import _interrupts_held
 from mecanum_base.cli import doctor
 from mecanum_base.cli.interrupts import kept
 from mecanum_base.cli.leftover import Leftover
@@ -106,6 +108,64 @@ def test_only_new_and_changed_files_are_called_incomplete(tmp_path):
     assert text.startswith(f'; incomplete: {tmp_path / "changed"}, {tmp_path / "deep" / "0"}, ')
     assert text.endswith(' and 2 more') and 'old' not in text
     assert Leftover(None).text() == Leftover(str(pathlib.Path('no', 'such'))).text() == ''
+
+
+LOADING = """
+import os, signal, sys
+name = sys.argv.pop(1)
+
+class Interrupting:
+    def find_spec(self, wanted, path=None, target=None):
+        if wanted == name:
+            sys.meta_path.remove(self)
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupting())
+from mecanum_base.cli.main import main
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize('loaded', ['mecanum_base.cli.beginning', 'mecanum_base.cli.verbs',
+                                    'argparse', 'mecanum_base.cli.check', 'numpy', 'yaml'])
+def test_an_interrupt_while_modules_are_loaded_ends_it_without_a_word(loaded):
+    done = subprocess.run([sys.executable, '-c', LOADING, loaded, 'check', 'x'],
+                          capture_output=True, text=True, preexec_fn=usual_interrupt)
+    assert (done.returncode, done.stdout, done.stderr) == (130, '', '')
+
+
+def test_an_interrupt_that_is_ignored_stays_ignored():
+    """As of a process in the background of a script."""
+    done = subprocess.run(
+        [sys.executable, '-c', LOADING, 'numpy', 'check', 'no such file'], capture_output=True,
+        text=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN))
+    assert done.returncode == 2 and 'no such file' in done.stderr
+
+
+def test_processes_are_started_undisturbed_by_an_interrupt_that_another_thread_takes():
+    """A thread of BLAS may take the signal: the mask of the main thread does not hold it."""
+    begun, done = threading.Event(), threading.Event()
+
+    def take():
+        begun.wait(20.0)
+        signal.pthread_kill(threading.get_ident(), signal.SIGINT)
+        done.set()
+
+    other = threading.Thread(target=take)
+    other.start()
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    started = False
+    try:
+        with pytest.raises(KeyboardInterrupt), _interrupts_held():
+            begun.set()
+            assert done.wait(20.0)
+            time.sleep(0.05)  # time for Python to run the handler
+            started = True
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
+        other.join()
+    assert started
 
 
 def test_an_interrupt_that_a_callback_of_c_swallows_comes_again(monkeypatch):

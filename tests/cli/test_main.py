@@ -1,6 +1,7 @@
 import pytest
 
-from mecanum_base.cli.main import VERBS, main
+from mecanum_base.cli.main import main
+from mecanum_base.cli.verbs import VERBS
 
 
 def test_without_a_command_the_overview_is_shown_and_the_usage_is_wrong(capsys):

@@ -10,7 +10,7 @@ import shlex
 import pytest
 import yaml
 
-from mecanum_base.cli.main import VERBS
+from mecanum_base.cli.verbs import VERBS
 
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / 'docker'
 if not FOLDER.is_dir():

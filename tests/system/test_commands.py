@@ -25,7 +25,8 @@ from geometry_msgs.msg import Point, Twist
 from nav_msgs.msg import Odometry
 from std_srvs.srv import SetBool
 
-from mecanum_base.cli.main import VERBS, main
+from mecanum_base.cli.main import main
+from mecanum_base.cli.verbs import VERBS
 from mecanum_base.ros import base_node, drive_node, process
 from mecanum_base.ros.base_node import node_class
 from mecanum_base.ros.scripted import Script, parameter

@@ -8,7 +8,8 @@ import shlex
 
 import pytest
 
-from mecanum_base.cli.main import VERBS, main
+from mecanum_base.cli.main import main
+from mecanum_base.cli.verbs import VERBS
 from mecanum_base.robot import all_rules
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]

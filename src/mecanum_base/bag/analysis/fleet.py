@@ -12,6 +12,7 @@ import importlib
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -86,12 +87,24 @@ def _in_pool(jobs: Sequence[Job], workers: int, update: Update) -> list[dict[str
 
 @contextlib.contextmanager
 def _interrupts_held() -> Iterator[None]:
-    """Processes started meanwhile never see Ctrl-C, this one gets it afterwards."""
+    """Processes started meanwhile never see Ctrl-C, this one gets it afterwards.
+
+    They inherit the mask. Here that is not enough: a thread of BLAS without it may take the
+    signal, and Python then interrupts the main thread all the same.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    usual = signal.signal(signal.SIGINT, lambda number, _frame: came.append(number))
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.signal(signal.SIGINT, usual or signal.SIG_DFL)
+        if came:
+            signal.raise_signal(signal.SIGINT)
 
 
 def _on_cluster(jobs: Sequence[Job], scheduler: str, update: Update) -> list[dict[str, Any]]:
