@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mecanum_base.bag import machine_code
-from mecanum_base.bag.machine_code import Entry, read, words_of, write
+from mecanum_base.bag.machine_code import Entry, file_name, read, remove_stale, words_of, write
 
 KERNEL = '''
 """A kernel as those of the filter: a named tuple, arrays of all kinds, numbers, two results."""
@@ -140,6 +140,37 @@ def test_a_damaged_file_is_as_good_as_none(tmp_path):
         file.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1:])
         assert read(file) == []
     assert not machine_code.load(file)
+
+
+def test_a_new_file_replaces_those_of_older_kernels_and_no_others(tmp_path, monkeypatch):
+    pytest.importorskip('llvmlite')
+    monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
+
+    def named():
+        path = file_name()
+        write(path, [Entry('a.b', 'i', 1, 'entry', (b'code',))])
+        return path
+
+    old = named()
+    monkeypatch.setattr(machine_code.prepared, 'sources', lambda: 'other kernels')
+    new = named()
+    monkeypatch.setattr(sys, 'prefix', 'another environment')
+    foreign = named()
+    assert len({old, new, foreign}) == 3 and old.name.split('.')[:2] == new.name.split('.')[:2]
+    begun = [tmp_path / f'{old.name}.{ending}' for ending in ('4711', 'trial')]
+    left = [tmp_path / f'{new.name}.{ending}' for ending in ('4712', 'trial')]
+    others = [tmp_path / name for name in ('kernels.nbi', 'kernels.12345678.machine_code',
+                                           f'my_{old.name}')]
+    folder = tmp_path / f'{new.name}.folder'
+    for path in (*begun, *left, *others):
+        path.write_bytes(b'')
+    folder.mkdir()
+    for path in (*left, folder):
+        os.utime(path, (1e9, 1e9))
+    remove_stale(new)
+    assert set(tmp_path.iterdir()) == {new, foreign, *begun, *others, folder}
+    remove_stale(new)  # another process has been here
+    assert set(tmp_path.iterdir()) == {new, foreign, *begun, *others, folder}
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ the kernel returns. The file is only used by the same sources, compiler and proc
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import importlib.machinery
 import importlib.util
@@ -23,6 +24,7 @@ import pathlib
 import struct
 import sys
 import sysconfig
+import time
 import types
 import zlib
 from collections.abc import Callable
@@ -36,6 +38,8 @@ from mecanum_base.core.estimation import prepared
 MAGIC = b'mecanum machine code 1\n'
 _HEAD = struct.Struct('<II')  # size of the header, checksum of all behind it
 _FLOAT, _INT = struct.Struct('<d'), struct.Struct('<q')
+_NAME = 'kernels'  # begin of all file names
+_OLD = 3600.0  # s after which nobody is still writing a file
 _held: list[Any] = []  # engines: their code stays in memory as long as they do
 
 
@@ -81,16 +85,21 @@ def words_of(arguments: tuple[Any, ...]) -> tuple[str, list[int]] | None:
 
 
 def file_name() -> pathlib.Path | None:
-    """Where the code for this processor and these sources is; None where it can be nowhere."""
+    """Where the code for this processor and these sources is; None where it can be nowhere.
+
+    The name tells the installation (place, Python, processor) and then everything that the code
+    depends on: files of the same installation with another name behind it are of no use any more.
+    """
     if sys.platform != 'linux' or sysconfig.get_config_var('Py_GIL_DISABLED'):
         return None
     numba = importlib.util.find_spec('numba')
     if numba is None or numba.origin is None or importlib.util.find_spec('llvmlite') is None:
         return None
     llvmlite, llvm = (importlib.import_module(name) for name in ('llvmlite', 'llvmlite.binding'))
-    root = pathlib.Path(__file__).parents[1]
-    text = [prepared.sources(), sys.version, np.__version__, llvmlite.__version__,
-            llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten(),
+    root = pathlib.Path(__file__).resolve().parents[1]
+    processor = [llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()]
+    owner = [str(root), sys.prefix, *processor]
+    text = [prepared.sources(), sys.version, np.__version__, llvmlite.__version__, *processor,
             pathlib.Path(numba.origin).with_name('_version.py').read_text()]
     text += [part.read_text() for part in sorted((root / 'bag').glob('*_kernel.py'))]
     own = root / 'bag' / '__pycache__'
@@ -98,7 +107,25 @@ def file_name() -> pathlib.Path | None:
         own if os.access(own if own.exists() else own.parent, os.W_OK) else
         pathlib.Path(os.environ.get('XDG_CACHE_HOME') or pathlib.Path.home() / '.cache')
         / 'mecanum_base')
-    return pathlib.Path(place) / f'kernels.{zlib.crc32(repr(text).encode()):08x}.machine_code'
+    return pathlib.Path(place) / f'{_NAME}.{_checksum(owner)}.{_checksum(text)}.machine_code'
+
+
+def _checksum(text: list[str]) -> str:
+    return f'{zlib.crc32(repr(text).encode()):08x}'
+
+
+def remove_stale(path: pathlib.Path) -> None:
+    """Remove what this installation left beside ``path``, a name of :func:`file_name`.
+
+    Whole files at once: who still uses one has read it. Parts of files only after a while:
+    another process may be writing one.
+    """
+    owner = '.'.join(path.name.split('.')[:2])
+    for other in path.parent.glob(f'{owner}.*'):
+        with contextlib.suppress(OSError):  # gone already, or not ours to remove
+            written = other.suffix == path.suffix
+            if other.name != path.name and (written or time.time() - other.stat().st_mtime > _OLD):
+                other.unlink()
 
 
 def read(path: pathlib.Path) -> list[Entry]:

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from mecanum_base.bag.machine_code import Entry, file_name, read, write
+from mecanum_base.bag.machine_code import Entry, file_name, read, remove_stale, write
 
 # those that a replay calls
 KERNELS = ('core.estimation.run_kernel.run', 'core.estimation.retrace.retrace',
@@ -48,6 +48,7 @@ def keep() -> bool:
                            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                            stderr=subprocess.DEVNULL)
             trial.replace(path)
+            remove_stale(path)
         finally:
             trial.unlink(missing_ok=True)
         return True
