@@ -1,5 +1,9 @@
-"""Doctor against injected faults; the whole table: python tests/bag/doctor_table.py 20."""
+"""Doctor against injected faults; the whole table: python tests/bag/doctor_table.py 20.
 
+Drives last 30 s here, 50 s in the table.
+"""
+
+import re
 import subprocess
 import sys
 
@@ -9,15 +13,22 @@ import numpy as np
 import pytest
 import yaml
 
+from mecanum_base.bag.analysis import wiring_prices
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.core.kinematics.solve import body_from_wheels
 from mecanum_base.robot import Robot
 from mecanum_base.robot_file import load_robot, shipped
 
 
-@pytest.mark.parametrize('name', list(table.FAULTS))
+def judged(fault, seed, seconds=30.0, **more):
+    """Result and verdict for a fault, or for one of the table's by name."""
+    fault = table.FAULTS[fault] if isinstance(fault, str) else fault
+    return table.judged_fault(fault, seed, seconds=seconds, **more)
+
+
+@pytest.mark.parametrize('name', [name for name in table.FAULTS if name != 'reverse all'])
 def test_each_fault_is_named_with_the_line_that_cures_it(name):
-    result, verdict = table.judged(name, seed=11)
+    result, verdict = judged(name, seed=11)
     assert result == 'found', verdict
 
 
@@ -25,7 +36,7 @@ def test_each_fault_is_named_with_the_line_that_cures_it(name):
 def test_orders_and_mountings_beside_those_of_the_table_are_found_too(faults):
     assert len(faults) == 23
     for index in (8, 18):
-        result, verdict = table.judged_fault(faults[index], seed=14)
+        result, verdict = judged(faults[index], seed=14)
         assert result == 'found', verdict
 
 
@@ -33,7 +44,7 @@ def base_like(name, seed):
     """(robot file, wheel angles (N, W), drive) of a shipped robot; wheels by G16, no slip along
     the roller on the ground: r sin(d) rate = -b . v of the wheel centre."""
     robot = load_robot(shipped() / f'{name}.yaml')
-    made = driving.drive(seed=seed, seconds=40.0, creep=0.0)
+    made = driving.drive(seed=seed, seconds=30.0, creep=0.0)
     arm, radius = driving.LX + driving.LY, driving.RADIUS
     front_left, front_right, rear_left, _ = made.angle.T * radius
     way = np.array([(front_right + front_left) / 2.0, (rear_left - front_left) / 2.0,
@@ -74,7 +85,7 @@ def test_the_lines_for_wheels_in_another_order_cure_a_file_with_mixed_signs(sour
     block = yaml.safe_load(driving.YAML)['/**']['ros__parameters']
     block['encoder'] |= {'source': source, 'sign': sign.tolist()}
     robot = Robot.from_mapping(block)
-    made = driving.drive(seed=23, seconds=40.0)
+    made = driving.drive(seed=23, seconds=30.0)
     place = np.array(order)  # column i shows the wheel at place order[i]
     raw = made.angle[:, place] * (sign[place] if signs == 'stay' else sign)
     if source == 'joint_states':
@@ -100,74 +111,127 @@ def test_a_line_that_would_spoil_the_commands_says_so():
     swap = table.ORDERS[5]
     for commands, told in (('right', 'change the plugs or names of the encoders'),
                            ('along', 'wired alike'), ('', 'moves the commands too')):
-        found, = table.judged_fault(swap, seed=24, commands=commands)[1].diagnoses
+        found, = judged(swap, seed=24, commands=commands)[1].diagnoses
         assert told in found.evidence, commands
 
 
 def test_commands_alone_find_orders_and_signs_and_say_what_they_cannot_see():
     for fault in (table.ORDERS[5], table.ORDERS[-1], table.FAULTS['reverse one'],
                   table.FAULTS['mirrored rollers']):
-        result, verdict = table.judged_fault(fault, seed=25, imu=False, commands='right')
+        result, verdict = judged(fault, seed=25, imu=False, commands='right')
         assert result == 'found', verdict
         assert 'commands alone do not show' in verdict.missing[0]
-    _, verdict = table.judged('counts of all x 4', seed=25, imu=False, commands='right')
-    assert not verdict.diagnoses and 'do 3.8' in verdict.missing[1]
+    _, verdict = judged('counts of all x 4', seed=25, imu=False, commands='right')
+    told = re.search('do ([0-9.]+) times what was asked', verdict.missing[1])
+    assert not verdict.diagnoses and 3.5 < float(told[1]) < 4.1  # the drive lags, 0.25 s
 
 
 @pytest.mark.parametrize('name', ['counts of all x 4', 'counts of all / 4', 'wheelbase wrong'])
 def test_a_true_pose_alone_finds_wrong_scales(name):
-    result, verdict = table.judged(name, seed=26, imu=False)
+    result, verdict = judged(name, seed=26, imu=False)
     assert result == 'found', verdict
 
 
 def test_two_mistakes_at_once_are_both_named():
-    result, verdict = table.judged_fault((table.FAULTS['reverse one'], table.MOUNTS[3]), seed=15)
+    result, verdict = judged((table.FAULTS['reverse one'], table.MOUNTS[3]), seed=15)
     assert result == 'found', verdict
 
 
-def test_the_one_order_that_is_another_base_seen_from_behind_is_not_called_certain():
-    """All four the other way round, or all reversed and the IMU turned by half a turn: the same
-    signals, and hardly the same number of mistakes."""
-    reverse = table.ORDERS[-1]
-    result, verdict = table.judged_fault(reverse, seed=14)
+def mistakes(order, sign, turn):
+    """How many things are wrong: the order, encoders (or all but some), the mounting."""
+    flips = sum(v < 0 for v in sign)
+    return (order != (0, 1, 2, 3)) + min(flips, 1 + 4 - flips) + (turn != 0)
+
+
+def test_no_wiring_of_two_mistakes_is_called_another_with_certainty():
+    """All wirings of four wheels and an IMU turned by any right angle about z. The signals are
+    the same where the IMU, seen from the wheels, is: (vx, vy) = R' F P rates, by hand."""
+    forward = np.array([[1.0, 1, 1, 1], [-1, 1, 1, -1], [-1, 1, -1, 1]])
+    quarter = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    behind = wiring_prices.seen_from_behind(table.ROBOT.base)
+    assert behind == (3, 2, 1, 0)
+    alike = {}
+    for order, sign, price, turned in wiring_prices.wheel_wirings(4, np.ones(4), behind):
+        for quarters in range(4):
+            turn = np.linalg.matrix_power(quarter, quarters)
+            own, rest = wiring_prices.imu_prices(turn)
+            place = np.zeros((4, 4))
+            place[range(4), order] = sign
+            signals = turn.T @ forward @ place
+            cost = min(price + own, turned + rest)
+            alike.setdefault(signals.astype(int).tobytes(), []).append(
+                (cost, mistakes(order, sign, quarters)))
+    assert len(alike) == 384 and {len(twins) for twins in alike.values()} == {4}
+    doubtful = 0
+    for twins in alike.values():
+        weight = np.exp([-cost for cost, _ in twins])
+        count = [wrong for _, wrong in twins]
+        best = int(np.argmax(weight))
+        sure = weight[best] / weight.sum() >= table.CERTAIN
+        assert not sure or all(c > 2 for i, c in enumerate(count) if i != best)
+        doubtful += min(count) == 1 and not sure
+    assert doubtful == 3  # order, signs or IMU the wrong way round: nothing else that is single
+
+
+@pytest.mark.parametrize('index, line', [(0, 'rpy: [0.0, 0.0, 3.14159]'),
+                                         (1, 'rpy: [0.0, 0.0, 3.14159]'),
+                                         (2, 'sign: [-1, -1, -1, -1]')])
+def test_the_odd_one_of_three_that_tell_the_front_comes_first_and_is_not_certain(index, line):
+    """Order, signs, IMU: one of them the wrong way round, or the two others by one mistake."""
+    result, verdict = judged(table.FRONT[index], seed=14)
     assert result == 'likely', verdict
-    assert 'imu.rpy [0.0, 0.0, 3.14159]' in verdict.unclear[0]
-    assert 'Look how the IMU sits' in verdict.missing[0]
+    assert 0.7 < verdict.diagnoses[0].certainty < 0.85
+    assert verdict.unclear[0].startswith('20 %: ') and line in verdict.unclear[0]
+    assert 'Turn by hand the wheel that sits 0.2 m ahead and 0.15 m to the left' in (
+        verdict.missing[0])
+    columns = [driving.JOINTS[i] for i in ((3, 0) if index == 1 else (0, 3))]
+    assert (f'if {columns[0]} moves, the more likely one is right, if {columns[1]} does, the '
+            'other') in verdict.missing[0]
 
 
-@pytest.mark.parametrize('witness', [dict(imu=False), dict(commands='right')],
-                         ids=['true pose', 'commands that the base follows'])
-def test_who_knows_the_front_decides_it(witness):
-    result, verdict = table.judged_fault(table.ORDERS[-1], seed=14, **witness)
+@pytest.mark.parametrize('pair', table.BEHIND)
+def test_two_of_the_three_are_named_beside_what_looks_the_same(pair):
+    result, verdict = judged(pair, seed=15)
+    assert result == 'beside', verdict
+
+
+@pytest.mark.parametrize('fault, witness', [
+    (table.FRONT[0], dict(imu=False)), (table.FRONT[1], dict(commands='right')),
+    (table.FRONT[2], dict(pose=True)), (table.BEHIND[1], dict(pose=True)),
+    (table.BEHIND[2], dict(commands='right'))],
+    ids=['pose alone', 'commands', 'pose', 'two, pose', 'two, commands'])
+def test_who_knows_the_front_decides_it(fault, witness):
+    """A true pose, or commands that the base follows."""
+    result, verdict = judged(fault, seed=14, **witness)
     assert result == 'found', verdict
 
 
 def test_commands_tell_nothing_where_the_motors_are_wired_like_the_encoders():
     for order, expected in ((table.ORDERS[-1], 'likely'), (table.ORDERS[5], 'found')):
-        assert table.judged_fault(order, seed=16, commands='along')[0] == expected
-    assert not table.judged('none', seed=16, commands='right')[1].diagnoses
+        assert judged(order, seed=16, commands='along')[0] == expected
+    assert not judged('none', seed=16, commands='right')[1].diagnoses
 
 
 @pytest.mark.parametrize('index', [0, 12, 15])
 def test_a_gyro_alone_makes_nothing_certain_that_another_order_explains_as_well(index):
-    result, verdict = table.judged_fault(table.ORDERS[index], seed=17, accelerometer=False)
-    assert result in ('likely', 'missed')
+    result, verdict = judged(table.ORDERS[index], seed=17, accelerometer=False)
+    assert result not in ('found', 'wrong')
     assert 'an accelerometer or a true pose' in verdict.missing[0]
 
 
 def test_a_gyro_alone_says_what_it_cannot_see_on_a_sound_robot():
-    _, verdict = table.judged('none', seed=18, accelerometer=False)
+    _, verdict = judged('none', seed=18, accelerometer=False)
     joints = driving.JOINTS
     exchanged = ', '.join(joints[i] for i in (2, 3, 0, 1))
     assert not verdict.diagnoses
     assert [text for text in verdict.missing if f'the same: joint: [{exchanged}]' in text]
-    assert not table.judged('none', seed=18)[1].missing
+    assert not judged('none', seed=18)[1].missing
 
 
 @pytest.mark.parametrize('name', ['only forward', 'standing still',
                                   'only forward, wheels swapped'])
 def test_poor_motion_is_answered_with_the_manoeuvre_to_drive(name):
-    _, verdict = table.judged(name, seed=12)
+    _, verdict = judged(name, seed=12)
     assert not verdict.diagnoses
     assert 'drive' in verdict.missing[0]
 
@@ -175,7 +239,7 @@ def test_poor_motion_is_answered_with_the_manoeuvre_to_drive(name):
 @pytest.mark.parametrize('name', ['none', 'swap front left / front right', 'reverse one',
                                   'mirrored rollers'])
 def test_a_true_pose_serves_where_there_is_no_imu(name):
-    result, verdict = table.judged(name, seed=13, imu=False)
+    result, verdict = judged(name, seed=13, imu=False)
     assert result == 'found', verdict
 
 
@@ -189,14 +253,14 @@ def test_without_imu_commands_or_truth_it_says_that_it_cannot_tell():
 @pytest.mark.parametrize('name', ['none', 'reverse one', 'imu quarter turn'])
 def test_slip_and_noise_never_make_it_wrongly_certain(name):
     for seed in (21, 22):
-        result, verdict = table.judged(name, seed=seed, slip=0.4, creep=0.05, gyro_noise=0.02,
+        result, verdict = judged(name, seed=seed, slip=0.4, creep=0.05, gyro_noise=0.02,
                                        accel_noise=0.5)
         assert result != 'wrong', verdict
 
 
 def drive_with(change, seed=5):
     """The verdict on a sound robot whose recording was changed."""
-    made = driving.drive(seed=seed, seconds=40.0)
+    made = driving.drive(seed=seed, seconds=30.0)
     change(made)
     motion = table.WheelMotion(driving.JOINTS, made.wheel_ns, made.angle)
     gyro = table.Gyro(made.imu_ns, made.gyro, made.accel)

@@ -24,6 +24,7 @@ from mecanum_base.bag.analysis.wiring_faults import (
     Diagnosis,
     describe,
     faults_of,
+    look_at,
     tilt_of,
     wheel_scale,
 )
@@ -189,7 +190,8 @@ def _wiring(robot: Robot, motion: WheelMotion, signals: Signals, found: list[Wir
     verdict.checked.append(f'{wheels.count} wheels, rollers, mounting: best explanation carries '
                            f'{100 * certainty:.1f} %')
     ranked = sorted(sure, key=lambda key: -sure[key])
-    others = [next(w for w in found if w.key == key) for key in ranked if key != best.key]
+    first = {wiring.key: wiring for wiring in reversed(found)}
+    others = [first[key] for key in ranked if key != best.key]
     if certainty < LIKELY:
         shown = [best, *others[:2]]
     else:
@@ -198,7 +200,7 @@ def _wiring(robot: Robot, motion: WheelMotion, signals: Signals, found: list[Wir
         shown = others[:1] if weak else []
     verdict.unclear += [f'{100 * sure[w.key]:.0f} %: {describe(robot, w)}' for w in shown]
     if shown:
-        verdict.missing.append(_what_tells(signals, best, others[0]))
+        verdict.missing.append(_what_tells(robot, signals, best, others[0]))
     if certainty >= LIKELY:
         verdict.missing += _alike(robot, signals, found, best)
         if text := gain_text(signals, forward_of(wheels, best)):
@@ -206,15 +208,17 @@ def _wiring(robot: Robot, motion: WheelMotion, signals: Signals, found: list[Wir
         verdict.diagnoses += tilt_of(robot, signals, best)
 
 
-def _what_tells(signals: Signals, one: Wiring, other: Wiring) -> str:
+def _what_tells(robot: Robot, signals: Signals, one: Wiring, other: Wiring) -> str:
     """How to decide between two explanations."""
     if signals.accel is None:
         return f'which of these: the gyro alone does not tell; {_WOULD}'
-    if one.mount != other.mount and abs(one.cost - one.price - other.cost + other.price) < 1.0:
-        return ('which of these: one and the same base, seen from another side. Look how the IMU '
-                'sits: where no imu.rpy is named, as the robot file says; a true pose in the '
-                'recording tells too')
-    return f'which of these for certain: {BRISKLY}'
+    if one.mount == other.mount or abs(one.cost - one.price - other.cost + other.price) > 1.0:
+        return f'which of these for certain: {BRISKLY}'
+    known = ('the recorded commands do not tell' if signals.asked is not None else
+             'so does cmd_vel if only the encoders are wired otherwise')
+    return ('which of these: it is one and the same base, seen from another side, and no wheel, '
+            f'gyro or accelerometer tells where its front is. {look_at(robot, one, other)}. A '
+            f'true pose in the recording tells too; {known}')
 
 
 def _alike(robot: Robot, signals: Signals, found: list[Wiring], best: Wiring) -> list[str]:

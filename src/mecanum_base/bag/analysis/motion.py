@@ -46,12 +46,13 @@ class WheelMotion:
         flag = np.zeros(len(seconds), dtype=bool)
         start = 0
         moved = np.abs(np.diff(self.angle, axis=0)).max(axis=1) > 1e-4
-        anchor = self.angle[0]
-        for index in range(1, len(seconds)):
-            if moved[index - 1] and np.abs(self.angle[index] - anchor).max() > 5e-3:
+        rows = self.angle.tolist()  # numbers of Python are quicker than rows of four
+        anchor = rows[0]
+        for index in (np.flatnonzero(moved) + 1).tolist():
+            if any(abs(now - then) > 5e-3 for now, then in zip(rows[index], anchor)):
                 if seconds[index - 1] - seconds[start] >= least:
                     flag[start:index] = True
-                start, anchor = index, self.angle[index]
+                start, anchor = index, rows[index]
         if seconds[-1] - seconds[start] >= least:
             flag[start:] = True
         return flag

@@ -183,21 +183,40 @@ def _about(axis: FloatArray, angle: float) -> FloatArray:
 
 
 def describe(robot: Robot, wiring: Wiring) -> str:
-    """One line for a wiring."""
+    """One line for a wiring: the lines of the robot file that would cure it."""
     wheels = robot.base
     assert isinstance(wheels, Wheels)
-    parts = []
+    parts: list[str] = []
     if wiring.order != tuple(range(wheels.count)):
-        parts.append(order_lines(robot, wiring.order, wiring.sign)[0])
-    if reversed_places(robot, wiring.order, wiring.sign):
+        parts += order_lines(robot, wiring.order, wiring.sign)
+    elif reversed_places(robot, wiring.order, wiring.sign):
         parts.append(f'sign: {signs(robot, wiring.order, wiring.sign).tolist()}')
     if wiring.mirrored:
-        parts.append('mirrored rollers')
+        parts.append(f'roller: {listed(-wheels.roller)}')
     if wiring.degrees:
         parts.append('gyro in degrees')
     if wiring.mount:
         turn = right_angles()[wiring.mount] @ robot.imu.base_from_sensor()
-        parts.append(f'imu.rpy {listed(np.array(rpy_of(turn)))}')
+        parts.append(f'rpy: {listed(np.array(rpy_of(turn)))}')
     if wiring.scale != 1.0:
         parts.append(f'yaw scale {wiring.scale:.3g}')
     return '; '.join(parts) or 'the robot file is right'
+
+
+def look_at(robot: Robot, one: Wiring, other: Wiring) -> str:
+    """The look at the robot that decides between two wirings, ``one`` the more likely."""
+    wheels = robot.base
+    assert isinstance(wheels, Wheels)
+    moved = [i for i, j in enumerate(one.order) if j != other.order[i]]
+    if not moved:
+        return 'Look how the IMU sits: where no rpy is named, as the robot file says'
+    place = moved[0]
+    spot = ' and '.join(f'{abs(value):.3g} m {words[int(value < 0.0)]}' for value, words in (
+        (wheels.x[place], ('ahead', 'behind')),
+        (wheels.y[place], ('to the left', 'to the right'))) if value)
+    columns = [f'column {w.order[place] + 1} of the counts'
+               if robot.encoder.source == 'wheel_ticks' else wheels.joint[w.order[place]]
+               for w in (one, other)]
+    return (f'Turn by hand the wheel that sits {spot} of the middle, seen with the front that '
+            f'you go by: if {columns[0]} moves, the more likely one is right, if {columns[1]} '
+            'does, the other')

@@ -4,7 +4,7 @@ Every hypothesis is a permutation and sign of the wheels, mirrored rollers or no
 gyro, a mounting of the IMU and a yaw scale. Its cost is a log-likelihood with the noise learned
 from the best that any linear combination of the wheels can do, so no noise figures are needed:
 
-    J = sum over channels  n/2 log((mse + floor) / (best mse + floor))  +  3.0 a changed thing
+    J = sum over channels  n/2 log((mse + floor) / (best mse + floor))  +  price of the wiring
 
 n counts independent stretches (0.4 s each, at most 60 a channel), floor = (5 % of the signal)^2
 stands for what the model leaves out. exp(-J), normalised, is how sure the search is. Wirings that
@@ -15,18 +15,26 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import operator
 from dataclasses import dataclass
 
 import numpy as np
 
 from mecanum_base.bag.analysis.wiring_commands import Commands, driven_cost
-from mecanum_base.bag.analysis.wiring_prices import PRICE, SOUND, wheel_wirings
+from mecanum_base.bag.analysis.wiring_prices import (
+    PRICE,
+    SOUND,
+    Order,
+    imu_prices,
+    seen_from_behind,
+    wheel_wirings,
+)
 from mecanum_base.bag.analysis.wiring_signals import Signals, right_angles
 from mecanum_base.bag.analysis.wiring_target import MISFIT, MOST, STRETCH, Target
 from mecanum_base.core.kinematics.matrix import wheels_from_body
 from mecanum_base.core.kinematics.solve import body_from_wheels, parity_basis
 from mecanum_base.core.kinematics.wheels import Wheels
-from mecanum_base.core.parameter import FloatArray
+from mecanum_base.core.parameter import FloatArray, IntArray
 
 DEGREES = 180.0 / math.pi
 _TILT = math.radians(5.0)
@@ -34,7 +42,7 @@ _LEVEL = 0.15  # of the turning may show on x and y of the gyro: tilt, bumps
 _TOLERANCE = 0.08  # yaw scales this near 1 are calibration, not a fault
 _KEPT = 400
 _ANY_SCALE = 5.0  # a factor from 1/1000 to 1000 is hit within 8 % by chance once in 80 tries
-_HOPELESS = 30.0  # cost above the best so far, exp(-30) is nothing
+_HOPELESS = 20.0  # cost above the best so far, exp(-20) is nothing
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,8 +50,8 @@ class Wiring:
     """One hypothesis: wheel i is really column ``order[i]`` times ``sign[i]``; ``price`` is the
     part of its ``cost`` that no recording changes."""
 
-    order: tuple[int, ...]
-    sign: tuple[int, ...]
+    order: Order
+    sign: Order
     mirrored: bool
     degrees: bool  # gyro in deg/s
     mount: int  # index of the right-angle rotation put before the file's mount
@@ -71,7 +79,7 @@ def forward_of(wheels: Wheels, wiring: Wiring) -> FloatArray:
     return system[0] @ _mixing(wiring.order, wiring.sign)
 
 
-def _mixing(order: tuple[int, ...], sign: tuple[int, ...]) -> FloatArray:
+def _mixing(order: Order, sign: Order) -> FloatArray:
     mixing = np.zeros((len(order), len(order)))
     mixing[np.arange(len(order)), list(order)] = sign
     return mixing
@@ -84,6 +92,7 @@ class _Targets:
         self.signals = signals
         self.rotations = right_angles()
         self.mounts = list(range(len(self.rotations)))
+        self.prices = [imu_prices(turn) for turn in self.rotations]
         if signals.accel is None:  # nothing tells mountings apart that share the axis of turning
             axes = [tuple(turn[2]) for turn in self.rotations]
             self.mounts = [index for index in self.mounts if axes.index(axes[index]) == index]
@@ -134,14 +143,17 @@ class _Targets:
 
         return cost(2, scale) + min(cost(0, k) + cost(1, k) for k in (1.0, scale))
 
-    def parity(self, rows: FloatArray) -> float:
-        """Cost of the wheels contradicting each other (rows: parity after wiring)."""
+    def parity(self, rows: FloatArray, orders: IntArray, signs: FloatArray) -> FloatArray:
+        """Costs (N,) of the wheels contradicting each other by ``rows`` (P, W) of the parity,
+        for wheels in ``orders`` (N, W) with ``signs`` (N, W)."""
         if not len(rows):
-            return 0.0
+            return np.zeros(len(orders))
         spread = float(np.trace(self.square)) / len(self.square)
-        mse = max(float(np.trace(rows @ self.square @ rows.T)) / len(rows), 0.0)
+        moments = self.square[orders[:, :, None], orders[:, None, :]]
+        mse = np.einsum('ij,nij,ni,nj->n', rows.T @ rows, moments, signs, signs) / len(rows)
         floor = MISFIT**2 * spread + 1e-12
-        return 0.5 * self.count * math.log((mse + floor) / floor)
+        found: FloatArray = 0.5 * self.count * np.log((np.maximum(mse, 0.0) + floor) / floor)
+        return found
 
 
 def search(signals: Signals, wheels: Wheels, mount: FloatArray,
@@ -151,18 +163,24 @@ def search(signals: Signals, wheels: Wheels, mount: FloatArray,
     targets = _Targets(signals, wheels, mount)
     found: list[Wiring] = []
     best = math.inf
-    wirings = sorted(wheel_wirings(wheels.count, sign), key=lambda w: w[2])
+    orders, signs, prices, turned = zip(*wheel_wirings(wheels.count, sign,
+                                                       seen_from_behind(wheels)))
+    least = np.minimum(prices, turned)
+    columns, turns = np.array(orders), np.array(signs, dtype=float)
     for mirrored in (False, True):
         system = _system(wheels, mirrored)
         if system is None:
             continue
         forward, parity = system
-        for order, turned, price in wirings:
-            mixing = _mixing(order, turned)
-            price += PRICE * mirrored
-            wiring = Wiring(order, turned, mirrored, False, 0, 1.0, price, price)
-            scored = _score(targets, forward @ mixing, parity @ mixing, wiring,
-                            best + _HOPELESS)
+        contrary = targets.parity(parity, columns, turns)
+        lowest = contrary + least + PRICE * mirrored
+        for i in np.argsort(lowest, kind='stable'):
+            if lowest[i] > best + _HOPELESS:
+                break
+            price = prices[i] + PRICE * mirrored
+            wiring = Wiring(orders[i], signs[i], mirrored, False, 0, 1.0, price, price)
+            scored = _score(targets, forward @ _mixing(orders[i], signs[i]), wiring,
+                            turned[i] + PRICE * mirrored, float(contrary[i]), best + _HOPELESS)
             best = min([best, *(w.cost for w in scored)])
             found += scored
     found = [dataclasses.replace(w, cost=w.cost - SOUND) if w.sound else w for w in found]
@@ -210,24 +228,21 @@ def _plane_cost(gyro: FloatArray, count: float) -> float:
     return 0.5 * count * math.log((float(power[0] + power[1]) + floor) / floor)
 
 
-def _score(targets: _Targets, forward: FloatArray, parity: FloatArray,
-           wiring: Wiring, limit: float) -> list[Wiring]:
-    """The wiring with every reading of the IMU; its ``cost`` so far is the price of the wiring.
+def _score(targets: _Targets, forward: FloatArray, wiring: Wiring, turned: float,
+           contrary: float, limit: float) -> list[Wiring]:
+    """The wiring with every reading of the IMU; its ``cost`` so far is the price of the wiring,
+    ``turned`` that beside an IMU turned by half a turn, ``contrary`` what its wheels contradict.
 
     What costs more than ``limit`` is left out.
     """
-    base = wiring.cost + targets.parity(parity)
-    if base > limit:
-        return []
-    base += targets.commands.cost(forward)
+    base = contrary + targets.commands.cost(forward)
     if targets.signals.gyro is None:
-        return _witnessed(targets, forward, wiring, base)
+        return _witnessed(targets, forward, wiring, wiring.price + base)
     found = []
     told = targets.told(forward, 1.0)
     for index in targets.mounts:
-        cost = base + float(targets.gravity[index]) + targets.plane[index]
-        price = wiring.price + (PRICE if index else 0.0)
-        cost += price - wiring.price
+        price = min(map(operator.add, (wiring.price, turned), targets.prices[index]))
+        cost = base + price + float(targets.gravity[index]) + targets.plane[index]
         if cost > limit:
             continue
         push = targets.push[index] if targets.push else ()
@@ -236,16 +251,20 @@ def _score(targets: _Targets, forward: FloatArray, parity: FloatArray,
             target, unit = targets.yaw[index][degrees], PRICE * degrees
             scale = target.scale(forward[2])
             near = min(max(scale, 1.0 - _TOLERANCE), 1.0 + _TOLERANCE)
-            found.append(dataclasses.replace(
-                wiring, mount=index, degrees=degrees, price=price + unit,
-                cost=cost + unit + told + level + target.cost(near * forward[2])))
-            if scale > 0.0 and near != scale:
-                scaled = sum(t.cost(scale * row) for t, row in zip(push, forward))
+            plain = cost + unit + told + level
+            if plain < limit:
+                plain += target.cost(near * forward[2])
+                found.append(dataclasses.replace(wiring, mount=index, degrees=degrees,
+                                                 price=price + unit, cost=plain))
+            if scale > 0.0 and near != scale:  # lever arm, or counts of all wheels
                 unit += PRICE + _ANY_SCALE
-                found.append(dataclasses.replace(  # lever arm, or counts of all wheels
-                    wiring, mount=index, degrees=degrees, scale=scale, price=price + unit,
-                    cost=cost + unit + targets.told(forward, scale) + min(level, scaled)
-                    + target.cost(scale * forward[2])))
+                scaled = cost + unit + target.cost(scale * forward[2])
+                if scaled > limit:
+                    continue
+                pulled = sum(t.cost(scale * row) for t, row in zip(push, forward))
+                scaled += min(level, pulled) + targets.told(forward, scale)
+                found.append(dataclasses.replace(wiring, mount=index, degrees=degrees, scale=scale,
+                                                 price=price + unit, cost=scaled))
     return found
 
 
