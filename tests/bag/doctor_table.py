@@ -224,7 +224,9 @@ def judged_fault(fault, seed, imu=True, accelerometer=True, commands='', pose=Fa
         return 'found', verdict
     if all(cured.values()):
         return 'likely', verdict
+    same = 'this would look the same: '
     beside = [text.split(' %: ')[1].split('; ') for text in verdict.unclear]
+    beside += [text[len(same):].split('; ') for text in verdict.missing if text.startswith(same)]
     named = any(all(_among(line, lines) for line in expected.values()) for lines in beside)
     return ('beside' if named else 'missed'), verdict
 

@@ -35,6 +35,7 @@ from mecanum_base.core.kinematics.wheels import Wheels
 from mecanum_base.robot import Robot
 
 CERTAIN, LIKELY = 0.9, 0.6
+_WORTH = 0.05  # of the probability: what is named where nothing is likely
 _OFFSET = 0.02
 _EXPLAINED = 0.4  # of the gyro by any combination of the wheels
 _POOR = 0.02  # m/s rms of motion of any kind
@@ -193,11 +194,10 @@ def _wiring(robot: Robot, motion: WheelMotion, signals: Signals, found: list[Wir
     first = {wiring.key: wiring for wiring in reversed(found)}
     others = [first[key] for key in ranked if key != best.key]
     if certainty < LIKELY:
-        shown = [best, *others[:2]]
+        shown = [best, *(w for w in others[:4] if sure[w.key] >= _WORTH)]
     else:
         verdict.diagnoses += faults_of(robot, signals, best, min(certainty, 0.99))
-        weak = certainty < CERTAIN and not any(d.certainty >= CERTAIN for d in verdict.diagnoses)
-        shown = others[:1] if weak else []
+        shown = others[:1] if certainty < CERTAIN else []
     verdict.unclear += [f'{100 * sure[w.key]:.0f} %: {describe(robot, w)}' for w in shown]
     if shown:
         verdict.missing.append(_what_tells(robot, signals, best, others[0]))
@@ -229,5 +229,6 @@ def _alike(robot: Robot, signals: Signals, found: list[Wiring], best: Wiring) ->
     twins = [w for w in found if 0.0 < w.price < 2.0 * PRICE and w.cost - w.price < told]
     if not twins:
         return []
-    tells = _WOULD if signals.accel is None else f'{BRISKLY}: the accelerometer tells then'
+    tells = (f'the gyro alone does not tell; {_WOULD}' if signals.accel is None else
+             f'{BRISKLY}: the accelerometer tells then')
     return [f'this would look the same: {describe(robot, w)}; {tells}' for w in twins[:3]]
