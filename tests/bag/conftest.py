@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import pathlib
 import sys
+import types
 
 import numpy as np
 import pytest
 from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_typestore
+
+from mecanum_base.cli.main import main
 
 # driving, calibration_coverage and doctor_table are also campaigns of their own
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
@@ -119,7 +122,17 @@ def drive(seconds=2.0, wheel_hz=50, imu_hz=100, rate=4.0, start_ns=T0):
 
 
 @pytest.fixture
+def mecanum(capsys):
+    """Runs `mecanum ...` in this process: returncode, stdout and stderr, as of one of its own."""
+    def run(*words):
+        capsys.readouterr()
+        code = main([str(word) for word in words])
+        told = capsys.readouterr()
+        return types.SimpleNamespace(returncode=code, stdout=told.out, stderr=told.err)
+    return run
+
+
+@pytest.fixture
 def make():
     """The functions of this file, as one object."""
-    import types
     return types.SimpleNamespace(**{k: v for k, v in globals().items() if not k.startswith('_')})

@@ -175,27 +175,24 @@ def test_the_gyro_scale_of_the_written_file_is_the_right_one_and_fitted_no_more(
     assert load_robot(files[1]).imu.gyro_scale == pytest.approx(1.03, abs=0.002)
 
 
-def test_a_folder_that_holds_bags_serves_too(tmp_path, make):
+def test_a_folder_that_holds_bags_serves_too(tmp_path, make, mecanum):
     (tmp_path / 'runs').mkdir()
     made = driving.drive(seed=5, seconds=40.0)
     bag_of(make, tmp_path / 'runs' / 'a.mcap', made)
     (tmp_path / 'robot.yaml').write_text(driving.YAML)
     for verb, more in (('calibrate', ['--out', str(tmp_path / 'new.yaml')]), ('doctor', [])):
-        done = subprocess.run([sys.executable, '-m', 'mecanum_base', verb, str(tmp_path / 'runs'),
-                               '--robot', str(tmp_path / 'robot.yaml'), *more],
-                              capture_output=True, text=True, timeout=120)
+        done = mecanum(verb, tmp_path / 'runs', '--robot', tmp_path / 'robot.yaml', *more)
         assert done.returncode == 0, (done.stdout, done.stderr)
 
 
-def test_a_bag_without_reference_writes_no_file_and_says_why(tmp_path, make):
+def test_a_bag_without_reference_writes_no_file_and_says_why(tmp_path, make, mecanum):
     made = driving.drive(seed=6, seconds=20.0)
     entries = [('/joint_states', int(s), make.joint_state(int(s), a))
                for s, a in zip(made.wheel_ns[::4], made.angle[::4])]
     path = make.write_mcap(tmp_path / 'a.mcap', entries)
     (tmp_path / 'robot.yaml').write_text(driving.YAML)
-    command = [sys.executable, '-m', 'mecanum_base', 'calibrate', path, '--robot',
-               str(tmp_path / 'robot.yaml'), '--out', str(tmp_path / 'new.yaml')]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    done = mecanum('calibrate', path, '--robot', tmp_path / 'robot.yaml', '--out',
+                   tmp_path / 'new.yaml')
     assert done.returncode == 1
     assert 'no reference for distances' in done.stdout
     assert not (tmp_path / 'new.yaml').exists()

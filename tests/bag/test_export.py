@@ -1,6 +1,4 @@
 import csv
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -19,13 +17,15 @@ ROBOT = '''/**:
 '''
 
 
-def replayed(tmp_path, make, *flags, entries=None):
-    path = make.write_mcap(tmp_path / 'a.mcap', entries or make.drive(1.0))
-    (tmp_path / 'robot.yaml').write_text(ROBOT)
-    return subprocess.run(
-        [sys.executable, '-m', 'mecanum_base', 'replay', path, '--robot',
-         str(tmp_path / 'robot.yaml'), '--out', str(tmp_path / 'out'), *flags],
-        capture_output=True, text=True, timeout=120)
+@pytest.fixture
+def replayed(tmp_path, make, mecanum):
+    """Replays a drive, with more words, into the folder out."""
+    def run(*flags, entries=None):
+        path = make.write_mcap(tmp_path / 'a.mcap', entries or make.drive(1.0))
+        (tmp_path / 'robot.yaml').write_text(ROBOT)
+        return mecanum('replay', path, '--robot', tmp_path / 'robot.yaml', '--out',
+                       tmp_path / 'out', *flags)
+    return run
 
 
 def rows(path):
@@ -33,11 +33,11 @@ def rows(path):
         return list(csv.DictReader(file))
 
 
-def test_the_new_bag_holds_the_old_topics_unchanged_and_the_new_odometry(tmp_path, make):
+def test_the_new_bag_holds_the_old_topics_unchanged_and_the_new_odometry(tmp_path, make, replayed):
     """Read back with rosbags' own reader: a rosbag2 folder, deserialized by the library."""
     from rosbags.rosbag2 import Reader
     entries = make.drive(1.0)
-    done = replayed(tmp_path, make, '--bag', entries=entries)
+    done = replayed('--bag', entries=entries)
     assert done.returncode == 0, done.stderr
     old, new = [], []
     with Reader(tmp_path / 'out' / 'bag') as reader:
@@ -62,23 +62,23 @@ def test_the_new_bag_holds_the_old_topics_unchanged_and_the_new_odometry(tmp_pat
         [float(row['front_right_wheel_joint.slip_rate']) for row in slip])
 
 
-def test_topics_of_unknown_types_are_named_and_left_out(tmp_path, make):
+def test_topics_of_unknown_types_are_named_and_left_out(tmp_path, make, replayed):
     entries = [*make.drive(0.5), ('/mine', make.T0 + 10**9, ('my_msgs/msg/Thing', b'\0\1\0\0'))]
-    done = replayed(tmp_path, make, '--bag', entries=entries)
+    done = replayed('--bag', entries=entries)
     assert done.returncode == 0
     assert done.stderr == ('mecanum replay: /mine (my_msgs/msg/Thing) is not copied: its '
                            'definition is not known\n')
 
 
-def test_an_existing_bag_is_not_overwritten(tmp_path, make):
+def test_an_existing_bag_is_not_overwritten(tmp_path, make, replayed):
     (tmp_path / 'out' / 'bag').mkdir(parents=True)
-    done = replayed(tmp_path, make, '--bag')
+    done = replayed('--bag')
     assert done.returncode == 2 and 'not overwritten' in done.stderr
 
 
-def test_parquet_holds_the_numbers_of_the_csv_to_the_last_bit(tmp_path, make):
+def test_parquet_holds_the_numbers_of_the_csv_to_the_last_bit(tmp_path, make, replayed):
     parquet = pytest.importorskip('pyarrow.parquet', reason='needs the extra parquet')
-    done = replayed(tmp_path, make, '--parquet')
+    done = replayed('--parquet')
     assert done.returncode == 0, done.stderr
     table = parquet.read_table(tmp_path / 'out' / 'track.parquet').to_pydict()
     track = rows(tmp_path / 'out' / 'track.csv')

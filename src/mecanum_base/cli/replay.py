@@ -65,6 +65,7 @@ def _replay(options: argparse.Namespace) -> int:
     from mecanum_base.bag.track import SMOOTHED, TrackWriter
     from mecanum_base.cli.compiling import CompileNotice
     from mecanum_base.cli.progress import Progress
+    from mecanum_base.core.errors import BagError
     from mecanum_base.core.estimation.acceleration import COMPILED
     from mecanum_base.core.estimation.prepared import BEFORE, CODE
     from mecanum_base.robot_file import load_robot
@@ -81,7 +82,11 @@ def _replay(options: argparse.Namespace) -> int:
         if not options.write_bag:
             return track
         from mecanum_base.bag.export import BagExport
-        exports.append(BagExport(out / 'bag', robot, track))
+        try:
+            exports.append(BagExport(out / 'bag', robot, track))
+        except BagError:  # there is one already
+            track.close()
+            raise
         return exports[0]
 
     with contextlib.ExitStack() as stack:
