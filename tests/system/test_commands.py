@@ -41,6 +41,8 @@ if not (ROOT / 'README.md').is_file():
 SHORTER = {  # added to a command, so that it takes a moment
     'mecanum sim --scenario oil --out oil_run': ['--duration', '1.0'],
     'mecanum sim --gallery --out gallery': ['--scenario', 'standing', '--duration', '1.0'],
+    # two jobs: the pool is proven in tests/bag/test_analyze_command.py
+    'mecanum analyze run2 --robot robot.yaml --compare better.yaml --out both': ['--workers', '1'],
 }
 FINDINGS = ('mecanum analyze ', 'mecanum doctor ', 'mecanum calibrate ',
             'mecanum check --from-controller ')  # may end with 1: there is something to say
