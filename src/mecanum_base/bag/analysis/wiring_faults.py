@@ -204,7 +204,7 @@ def describe(robot: Robot, wiring: Wiring) -> str:
 
 
 def look_at(robot: Robot, one: Wiring, other: Wiring) -> str:
-    """The look at the robot that decides between two wirings, ``one`` the more likely."""
+    """The look at the robot that decides between two wirings, ``one`` the one named first."""
     wheels = robot.base
     assert isinstance(wheels, Wheels)
     moved = [i for i, j in enumerate(one.order) if j != other.order[i]]
@@ -218,5 +218,5 @@ def look_at(robot: Robot, one: Wiring, other: Wiring) -> str:
                if robot.encoder.source == 'wheel_ticks' else wheels.joint[w.order[place]]
                for w in (one, other)]
     return (f'Turn by hand the wheel that sits {spot} of the middle, seen with the front that '
-            f'you go by: if {columns[0]} moves, the more likely one is right, if {columns[1]} '
-            'does, the other')
+            f'you go by: if {columns[0]} moves, what is named first is right, if {columns[1]} '
+            'does, what comes next')
