@@ -112,7 +112,7 @@ def take(estimator: Estimator, stretch: Stretch, last: bool = False) -> Rows | N
     waiting = sorted(order._queue, key=lambda item: item[:3])
     items = [item[3] for item in waiting]
     usual = (ImuSample, TickSample if stretch.ticks else WheelSample)
-    if (order._behind or body.armed != (angles._stamp is not None)
+    if (body.armed != (angles._stamp is not None)
             or not all(isinstance(item, usual) for item in items)):
         return None
     stamp = np.where(stretch.kind == IMU, _at(stretch.imu_ns, stretch.index),
@@ -135,6 +135,8 @@ def take(estimator: Estimator, stretch: Stretch, last: bool = False) -> Rows | N
         return None
     order._newest = int(newest[-1])
     order._queue = []
+    if not late.all():  # one in time: the clock has not gone back
+        order._behind = []
     for place in sequence[len(settled):]:  # still waiting: back into the merge
         sample = _sample(whole, int(place))
         order._put(sample.stamp_ns, ORDER[type(sample)], sample)
