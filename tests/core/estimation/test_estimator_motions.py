@@ -6,6 +6,8 @@ import math
 import numpy as np
 import pytest
 from staged_drive import (
+    COUNTS,
+    LEVER,
     LY,
     RADIUS,
     RECTANGLE,
@@ -24,7 +26,9 @@ from staged_drive import (
 )
 
 from mecanum_base.core.estimation.layout import KL, KY, K
+from mecanum_base.core.estimation.odometry import WheelOdometry
 from mecanum_base.core.estimation.sensors import EncoderConfig
+from mecanum_base.core.estimation.tuning import EstimatorConfig
 from mecanum_base.core.kinematics.wheels import Wheels
 from mecanum_base.core.platform.carriers import Carriers
 from mecanum_base.core.records import TickSample, WheelSample
@@ -195,3 +199,46 @@ def test_without_an_imu_scales_are_not_learnt_but_stay_doubtful():
     assert np.array_equal(memory.x[scales], before[0][scales])
     assert np.allclose(memory.P[np.ix_(scales, scales)], before[1][np.ix_(scales, scales)],
                        rtol=1e-12, atol=0.0)
+
+
+def test_without_an_imu_the_track_is_that_of_least_squares_whatever_the_radii():
+    motion = staged((0.6, (0, 0, 0)), (4.0, (0.4, 0.2, 0.0)), (4.0, (0.0, 0.4, 0.5)),
+                    (4.0, (-0.4, 0.0, -0.3)))
+    angles = wheel_angles(motion) * np.array([1.004, 0.996, 1.0, 0.998])
+    least_squares = WheelOdometry(rectangle(), EncoderConfig(counts_per_revolution=COUNTS))
+    samples = frames(motion, angles)
+    pose = [least_squares.handle(sample) for sample in samples][-1]
+    found = run(estimator(), samples)
+    # the start takes 2 mm, speed that is thought to be noise; wheels weighed by what is known of
+    # their radii would turn the base by twice the 0.6 mrad allowed here
+    assert np.hypot(*(found[-1].pose - pose)[:2]) < 4e-3
+    assert abs(found[-1].pose[2] - pose[2]) < 6e-4
+
+
+def test_without_an_imu_a_hard_change_of_speed_is_no_slip():
+    # 1.7 m/s^2 at its peak; every change of speed is a correction by the wheels here, and their
+    # sum over a quarter of a second is no sign that something was hidden
+    motion = staged((0.6, (0, 0, 0)), (2.0, (0.0, 0.4, 0.5)), (2.0, (-0.4, 0.0, -0.3)))
+    subject = estimator()
+    found = run(subject, frames(motion, wheel_angles(motion)))
+    assert subject.episodes == ()
+    assert max(e.slip.body_probability for e in found) < 0.5
+    assert miss(found[-1], motion)[0] < 0.005
+
+
+@pytest.mark.parametrize('speed', [(0.5, 0.0, 0.0), (0.0, 0.5, 0.0)], ids=['ahead', 'sideways'])
+def test_without_an_imu_the_pose_carries_the_doubt_of_the_scales(speed):
+    motion = staged((0.6, (0, 0, 0)), (8.0, speed))
+    end = run(estimator(), frames(motion, wheel_angles(motion)))[-1]
+    tuning = EstimatorConfig()
+    # by hand: along a straight way L all radii together and the mean of four count, sideways the
+    # lateral scale too; across it yaw from the radii, sigma_w L/(2 lever), half of it times L
+    along = math.hypot(tuning.radius_sigma, tuning.wheel_sigma / 2,
+                       tuning.lateral_sigma * (speed[1] > 0)) * motion.path
+    turned = tuning.wheel_sigma * motion.path / (2 * LEVER)
+    first, second = (0, 1) if speed[0] > 0 else (1, 0)
+    sigma = np.sqrt(end.pose_covariance.diagonal())
+    # noise of rolling comes on top: 1.5 mm per root metre and wheel, a tenth of all this
+    assert along < sigma[first] < 1.2 * along
+    assert turned < sigma[2] < 1.2 * turned
+    assert turned * motion.path / 2 < sigma[second] < 1.3 * turned * motion.path / 2

@@ -42,6 +42,7 @@ from mecanum_base.core.estimation.layout import (
     GAP_X,
     GAP_Y,
     GAP_YAW,
+    HAVE_ACCEL,
     LOOSE_FOR,
     M_SIZE,
     PROBABILITY,
@@ -162,19 +163,21 @@ def account(memory: Memory, T: float, px: float, py: float, yaw: float, vx: floa
             bx: float, by: float) -> None:
     """Sum up, in odom axes, what this frame has corrected since these were :func:`corrected`.
 
-    What it has done to the pose goes to the gap, so that what is published has no step.
+    What it has done to the pose goes to the gap, so that what is published has no step. Without an
+    accelerometer every change of speed is a correction, and none of them speaks of slip.
     """
     m, s = memory.m, memory.s
     m[FIX_PX] += T * m[FIX_BX]
     m[FIX_PY] += T * m[FIX_BY]
     now = s[YAW]
-    cos, sin = math.cos(now), math.sin(now)
-    dx, dy = s[VX] - vx, s[VY] - vy
-    m[FIX_VX] += cos * dx - sin * dy
-    m[FIX_VY] += sin * dx + cos * dy
-    dx, dy = s[BAX] - bx, s[BAY] - by
-    m[FIX_BX] += cos * dx - sin * dy
-    m[FIX_BY] += sin * dx + cos * dy
+    if m[HAVE_ACCEL] > 0.0:
+        cos, sin = math.cos(now), math.sin(now)
+        dx, dy = s[VX] - vx, s[VY] - vy
+        m[FIX_VX] += cos * dx - sin * dy
+        m[FIX_VY] += sin * dx + cos * dy
+        dx, dy = s[BAX] - bx, s[BAY] - by
+        m[FIX_BX] += cos * dx - sin * dy
+        m[FIX_BY] += sin * dx + cos * dy
     m[GAP_X] += px - s[PX]
     m[GAP_Y] += py - s[PY]
     m[GAP_YAW] += yaw - now

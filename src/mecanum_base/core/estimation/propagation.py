@@ -10,7 +10,9 @@ correlation, and no yaw-rate state is needed.
 The columns of the scale errors use only what was known before this step (velocity at its start,
 rates averaged over the time before, even steps in place of jittering stamps): what the step itself
 brings carries the noise that the next residual shows, and that product would pull every scale the
-same way, a little each step.
+same way, a little each step. Without a gyro the spare equation of the wheels cannot tell a radius
+from a lever or from slip: then travel does not depend on the scales, so that no doubt of theirs
+weighs the wheels, and a scale error of wheel i moves the pose instead, by -R A+ e_i rolled_i.
 """
 
 from __future__ import annotations
@@ -118,6 +120,11 @@ def spread(model: Model, memory: Memory) -> None:
     F[BAY, BAX] = -turn
     F[BAY, BSX] = turn
 
+    blind = m[HAVE_GYRO] == 0.0
+    if blind:
+        F[PX, KY] = sin * slow_y
+        F[PY, KY] = -cos * slow_y
+        F[YAW, KL] = -slow_turn
     speed = min(1.5, math.hypot(end_x, end_y) + 0.2 * abs(turn) / T)
     share = T / (T + model.traction_time)
     ax += share * (push_x / T - ax)
@@ -171,9 +178,16 @@ def spread(model: Model, memory: Memory) -> None:
         F[row, VY] = b_lateral * even
         F[row, BG] = -c_lever * even
         F[row, KG] = -c_lever * slow_turn
-        F[row, KY] = b * slow_y
-        F[row, KL] = c * slow_turn
-        F[row, K + i] = a * slow_x + b_lateral * slow_y + c_lever * slow_turn
+        taken = a * slow_x + b_lateral * slow_y + c_lever * slow_turn
+        if blind:
+            x, y = -taken * model.inverse[0, i], -taken * model.inverse[1, i]
+            F[PX, K + i] = cos * x - sin * y
+            F[PY, K + i] = sin * x + cos * y
+            F[YAW, K + i] = -taken * model.inverse[2, i]
+        else:
+            F[row, KY] = b * slow_y
+            F[row, KL] = c * slow_turn
+            F[row, K + i] = taken
         F[row, creep + i] = even
         F[creep + i, creep + i] = decay
         G[row, 0] = half * a

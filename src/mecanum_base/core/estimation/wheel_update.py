@@ -28,7 +28,6 @@ from mecanum_base.core.estimation.layout import (
     FLAT,
     FORCED,
     GRIP_NIS,
-    HAVE_GYRO,
     JITTER,
     KL,
     KY,
@@ -189,21 +188,6 @@ def foresee(model: Model, memory: Memory, T: float) -> FloatArray:
     return prior
 
 
-@kernel
-def keep_scales(memory: Memory, wheels: int, x: FloatArray, P: FloatArray) -> None:
-    """Scales and their covariance as they were in x (N,) and P (N, N) before the update.
-
-    A consider update: without a gyro the wheels' spare equation cannot tell a radius from a lever
-    or from slip, and what it teaches makes the track worse; that it is doubtful stays in P.
-    """
-    for a in range(wheels + 2):
-        i = K + a if a < wheels else KY + a - wheels
-        memory.x[i] = x[i]
-        for b in range(wheels + 2):
-            j = K + b if b < wheels else KY + b - wheels
-            memory.P[i, j] = P[i, j]
-
-
 @part
 def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: float) -> bool:
     """Use the travel z (W,) of one frame, ``valid`` 1 where it is known; True on the short path.
@@ -230,9 +214,6 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
         loose = loose or each[EXTRA, i] > 0.0
     inverse = np.linalg.inv(S)
     nis = float(r @ (inverse @ r))
-    blind = m[HAVE_GYRO] == 0.0
-    x = memory.x.copy() if blind else memory.x
-    P = memory.P.copy() if blind else memory.P
     m[GRIP_NIS] = nis
     short = memory.mode[0] > SURE and nis < 2.25 * w and not creeps and not forced
     late = 0.0
@@ -267,8 +248,6 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
         memory.mode[:] = p
         grips = float(p[0])
         memory.wheel[PROBABILITY] = p @ model.member
-    if blind:
-        keep_scales(memory, w, x, P)
     if loose:
         memory.wheel[EXTRA] = 0.0
     m[LATE] = late
