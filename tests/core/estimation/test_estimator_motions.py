@@ -209,9 +209,9 @@ def test_without_an_imu_the_track_is_that_of_least_squares_whatever_the_radii():
     samples = frames(motion, angles)
     pose = [least_squares.handle(sample) for sample in samples][-1]
     found = run(estimator(), samples)
-    # the start takes 2 mm, speed that is thought to be noise; wheels weighed by what is known of
-    # their radii would turn the base by twice the 0.6 mrad allowed here
-    assert np.hypot(*(found[-1].pose - pose)[:2]) < 4e-3
+    # ten counts of travel over 4.6 m; wheels weighed by what is known of their radii, or a pose
+    # that does not go along with a change of speed within a frame, lead several mm elsewhere
+    assert np.hypot(*(found[-1].pose - pose)[:2]) < 8e-4
     assert abs(found[-1].pose[2] - pose[2]) < 6e-4
 
 
@@ -228,7 +228,7 @@ def test_without_an_imu_a_hard_change_of_speed_is_no_slip():
 
 @pytest.mark.parametrize('speed', [(0.5, 0.0, 0.0), (0.0, 0.5, 0.0)], ids=['ahead', 'sideways'])
 def test_without_an_imu_the_pose_carries_the_doubt_of_the_scales(speed):
-    motion = staged((0.6, (0, 0, 0)), (8.0, speed))
+    motion = staged((0.6, (0, 0, 0)), (8.0, speed), (2.0, (0, 0, 0)))
     end = run(estimator(), frames(motion, wheel_angles(motion)))[-1]
     tuning = EstimatorConfig()
     # by hand: along a straight way L all radii together and the mean of four count, sideways the
@@ -238,7 +238,9 @@ def test_without_an_imu_the_pose_carries_the_doubt_of_the_scales(speed):
     turned = tuning.wheel_sigma * motion.path / (2 * LEVER)
     first, second = (0, 1) if speed[0] > 0 else (1, 0)
     sigma = np.sqrt(end.pose_covariance.diagonal())
-    # noise of rolling comes on top: 1.5 mm per root metre and wheel, a tenth of all this
-    assert along < sigma[first] < 1.2 * along
-    assert turned < sigma[2] < 1.2 * turned
-    assert turned * motion.path / 2 < sigma[second] < 1.3 * turned * motion.path / 2
+    # noise of rolling comes on top: 1.5 mm per root metre and wheel, a tenth of all this; the
+    # averages that scales are multiplied with end within 2 % of the way
+    assert 0.98 * along < sigma[first] < 1.1 * along
+    assert 0.98 * turned < sigma[2] < 1.1 * turned
+    assert (0.95 * turned * motion.path / 2 < sigma[second]
+            < 1.15 * turned * motion.path / 2)

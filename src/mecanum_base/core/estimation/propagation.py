@@ -159,6 +159,9 @@ def spread(model: Model, memory: Memory) -> None:
     G[VX, 2] = vy * rg
     G[VY, 1] = ra
     G[VY, 2] = -vx * rg
+    if m[HAVE_ACCEL] == 0.0:  # of a measured one it is less than a hundredth of a millimetre
+        G[PX, 0], G[PX, 1] = half * cos, -half * sin
+        G[PY, 0], G[PY, 1] = half * sin, half * cos
 
     micro = model.rolling_noise ** 2 + model.traction_noise ** 2 * push
     sigma = model.creep_traction * push + model.creep_hard * push * push
