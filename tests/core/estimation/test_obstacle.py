@@ -20,6 +20,7 @@ from mecanum_base.core.estimation.layout import (
     TRAVEL,
     VX,
     VY,
+    WZ,
     K,
 )
 from mecanum_base.core.estimation.obstacle import held, stop_at_obstacle
@@ -175,6 +176,17 @@ def test_a_base_that_rubs_along_a_wall_goes_to_the_nearest_velocity_across_its_s
     assert held(memory)
     assert -outside < moved @ out < -0.7 * outside  # a part stays: doubt of the wall
     assert abs(moved @ (out[1], -out[0])) < 0.02 * outside  # curvature of the circle
+
+
+def test_a_base_that_turns_about_a_held_corner_is_not_thought_to_stand():
+    model, memory = sliding(speed=0.08, sigma=0.06)
+    memory.m[WZ] = 0.3
+    frames_pass(model, memory)
+    assert held(memory)  # no wheel may grip
+    assert memory.x[VX] == 0.08 and memory.P[VX, VX] == 0.06 ** 2
+    memory.m[WZ] = 0.0
+    frames_pass(model, memory, 1)
+    assert memory.x[VX] < 0.05
 
 
 def grips_again(model, memory):

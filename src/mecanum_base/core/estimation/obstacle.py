@@ -13,7 +13,8 @@ u, left of it:
     d(u . v)/dv = u - u' (u' . v) / |A+ s|
 
 so that v is drawn to the circle of velocities across their own slip, and rubbing along the wall
-adds noise of 0.2 (u' . v). Not modelled: a load that gives way slowly (5 cm/s are allowed for).
+adds noise of 0.2 (u' . v). A base that turns may be held at a corner while its middle moves: its
+velocity is left alone. Not modelled: a load that gives way slowly (5 cm/s are allowed for).
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from mecanum_base.core.estimation.layout import (
     STEP,
     VX,
     VY,
+    WZ,
     Memory,
 )
 from mecanum_base.core.estimation.model import Model
@@ -45,6 +47,7 @@ TIME = 0.08  # s beyond the time that tells that slip does not change
 NOISE = 0.05  # m/s
 AGREES = 1.5  # standard deviations of the velocity along the slip
 RUB = 0.2  # coefficient of friction of an obstacle that the base rubs along
+TURNING = 0.1  # rad/s, a base that turns is held at a corner: its middle moves
 MARGIN = 4.0  # squared standard deviations by which standing must beat gripping
 
 
@@ -99,7 +102,8 @@ def stop_at_obstacle(model: Model, memory: Memory, T: float) -> None:
         m[HELD_FOR] = 0.0
         return
     m[HELD_FOR] += T
-    if m[HELD_FOR] < TIME or spread < NOISE * NOISE or not agrees:
+    if (m[HELD_FOR] < TIME or spread < NOISE * NOISE or not agrees
+            or abs(m[WZ]) > TURNING):
         return
     gain = column / (spread + NOISE * NOISE + (RUB * across) ** 2)
     x[:] -= speed * gain
