@@ -9,7 +9,7 @@ from mecanum_base.accuracy.command import main
 from mecanum_base.accuracy.drift import Drift
 from mecanum_base.accuracy.slip_score import SlipScore
 from mecanum_base.accuracy.summary import figures_of, overall
-from mecanum_base.accuracy.table import aligned
+from mecanum_base.accuracy.table import aligned, tables
 from mecanum_base.accuracy.trial import METHODS, Trial
 
 SHORT = """
@@ -113,6 +113,18 @@ def test_ratios_are_meant_geometrically_over_slip_scenarios_only():
     assert found['ours_over_oracle']['least'] == (pytest.approx(0.5), 'made up')
     assert found['ours_over_oracle_times_calm']['most'] == (pytest.approx(0.5), 'made up')
     assert overall([calm])['rl_over_ours'] is None
+
+
+def test_a_single_run_that_is_worse_than_wheels_and_gyro_is_named():
+    good, bad = trial(1, 0.01, 10), trial(2, 0.01, 10)
+    wheels = bad.drift['wheels + gyro']
+    # 2 % against 1 %; run 3: 0.15 % against 0.05 %, which is 5 mm in 5 m and no matter
+    bad.drift['ours'] = dataclasses.replace(wheels, segment_squares=10 * 0.02**2)
+    small = trial(3, 0.0005, 10)
+    small.drift['ours'] = dataclasses.replace(wheels, segment_squares=10 * 0.0015**2)
+    found = overall([figures_of([good, bad, small])])['worse_than_wheels_gyro']
+    assert found == {'runs': 3, 'worse': [(pytest.approx(2.0), 'made up', 2)]}
+    assert '1 of 3 (made up 2: 2.00 times)' in tables([figures_of([good, bad, small])])
 
 
 def test_a_table_is_aligned_for_plain_reading():

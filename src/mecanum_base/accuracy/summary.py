@@ -9,11 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from mecanum_base.accuracy.drift import Drift
 from mecanum_base.accuracy.trial import METHODS, Trial
 
 SLIPS = 0.01  # share of time with slip above 5 cm/s that makes a slip scenario
 CHI2_95 = 5.991  # of 2 degrees of freedom
 BAR_ORACLE, BAR_TWIST = 1.35, 4.5
+WORSE = 1.5  # times the drift of another method that a single run may have
+SLACK = 0.1  # % of distance: 5 mm in 5 m, with which nobody drives worse
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -50,6 +53,7 @@ class ScenarioFigures:
     missed_share: float | None
     false_per_hour: float
     diagonal: float | None
+    runs: dict[int, dict[str, float | None]]  # seed: drift % over 5 m of that run by method
 
     @property
     def slips(self) -> bool:
@@ -61,6 +65,16 @@ class ScenarioFigures:
         key = 'drift_median' if median else 'drift'
         a, b = (getattr(self.errors[m], key) for m in (over, under))
         return a / b if a is not None and b else None
+
+    def worse(self, over: str, under: str) -> dict[int, float]:
+        """Runs (seed: ratio) in which one method drifts :data:`WORSE` times as far as another,
+        :data:`SLACK` of its drift aside."""
+        found = {}
+        for seed, drift in self.runs.items():
+            a, b = drift[over], drift[under]
+            if a is not None and b is not None and a > WORSE * b + SLACK:
+                found[seed] = a / b if b else math.inf
+        return found
 
 
 def figures_of(trials: Sequence[Trial]) -> ScenarioFigures:
@@ -81,19 +95,27 @@ def figures_of(trials: Sequence[Trial]) -> ScenarioFigures:
         2 * hits / (2 * hits + false + missed) if hits + missed else None,
         _median(delays), late / (late + len(delays)) if late + len(delays) else None,
         sum(s.false_episodes for s in slips) / sum(s.hours for s in slips),
-        sum(s.diagonal_right for s in slips) / both if both else None)
+        sum(s.diagonal_right for s in slips) / both if both else None,
+        {t.seed: {m: _drift(t.drift[m]) for m in METHODS} for t in trials})
 
 
 def _errors(trials: Sequence[Trial], method: str) -> Errors:
     drifts = [t.drift[method] for t in trials]
     count = sum(d.segments for d in drifts)
-    own = [100.0 * math.sqrt(d.segment_squares / d.segments) for d in drifts if d.segments]
+    own = [v for d in drifts if (v := _drift(d)) is not None]
     return Errors(
         100.0 * math.sqrt(sum(d.segment_squares for d in drifts) / count) if count else None,
         _median(own),
         math.sqrt(sum(d.squares for d in drifts) / sum(d.samples for d in drifts)),
         100.0 * _rms(d.final_share for d in drifts),
         math.degrees(_rms(d.final_yaw for d in drifts)))
+
+
+def _drift(drift: Drift) -> float | None:
+    """RMS drift of one run, % over 5 m."""
+    if not drift.segments:
+        return None
+    return 100.0 * math.sqrt(drift.segment_squares / drift.segments)
 
 
 def overall(scenarios: Sequence[ScenarioFigures]) -> dict[str, Any]:
@@ -114,6 +136,10 @@ def overall(scenarios: Sequence[ScenarioFigures]) -> dict[str, Any]:
             found[name + title] = None if not values else {
                 'geometric_mean': math.exp(float(np.mean(np.log(ratios)))),
                 'least': min(values), 'most': max(values)}
+    worse = [(ratio, s.name, seed) for s in scenarios
+             for seed, ratio in s.worse('ours', 'wheels + gyro').items()]
+    found['worse_than_wheels_gyro'] = {
+        'runs': sum(len(s.runs) for s in scenarios), 'worse': sorted(worse, reverse=True)}
     return found
 
 

@@ -6,7 +6,14 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from mecanum_base.accuracy.summary import BAR_ORACLE, BAR_TWIST, ScenarioFigures, overall
+from mecanum_base.accuracy.summary import (
+    BAR_ORACLE,
+    BAR_TWIST,
+    SLACK,
+    WORSE,
+    ScenarioFigures,
+    overall,
+)
 from mecanum_base.accuracy.trial import METHODS
 
 Row = Sequence[str]
@@ -66,6 +73,11 @@ def _lines(scenarios: Sequence[ScenarioFigures]) -> str:
                 lines.append(f'- {text}, drift ({what}): geometric mean '
                              f'{value["geometric_mean"]:.2f}, least {least[0]:.2f} ({least[1]}), '
                              f'most {most[0]:.2f} ({most[1]}){bar}')
+    single = found['worse_than_wheels_gyro']
+    named = ', '.join(f'{name} {seed}: {ratio:.2f} times' for ratio, name, seed in single['worse'])
+    lines.append(f'- single runs in which ours drifts more than {WORSE:g} times as far as wheels '
+                 f'+ gyro, {SLACK:g} % aside: {len(single["worse"])} of {single["runs"]}'
+                 + (f' ({named})' if named else ''))
     return '\n'.join(lines)
 
 
