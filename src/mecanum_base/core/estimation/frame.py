@@ -10,6 +10,7 @@ from mecanum_base.core.estimation.hindsight import (
     account,
     corrected,
     slipping_set,
+    wait,
 )
 from mecanum_base.core.estimation.inertial import carry, read_imu
 from mecanum_base.core.estimation.layout import (
@@ -192,6 +193,7 @@ def step_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
     m[STRETCH] = 1.0
     clock[JUDGED] = now
     if still(model, memory, z, valid, step):
+        wait(memory, span)
         return False
     before = slipping_set(memory, model.wheels)
     px, py, yaw, vx, vy, bx, by = corrected(memory)

@@ -15,7 +15,8 @@ are summed up; what the IMU alone says about the velocity since a snapshot of ag
     sigma^2 = P_v + P_b T^2 + q_a T + q_b T^3/3
               + (scale |dv|)^2 + (creep a)^2 + P_tilt (turn T/2)^2
 
-and a wheel with |A_i d| above 4 sigma must have slipped.
+and a wheel with |A_i d| above 4 sigma must have slipped (6 where all wheels stand: a base hardly
+ever glides on them, but that the offset is still being found is common there).
 
 The past that was published stays; position and velocity of this moment are as good as if the
 slip had been known in time. Snapshots are whole copies of the memory, the tape holds the readings.
@@ -58,6 +59,7 @@ from mecanum_base.core.estimation.layout import (
     VY,
     WANDER,
     YAW,
+    K,
     Memory,
 )
 from mecanum_base.core.estimation.model import Model
@@ -74,6 +76,8 @@ LONG = 960_000_000
 GAP_TIME = 0.15  # s in which the published pose runs into a corrected one
 HIDDEN_SPEED = 0.06  # m/s
 HIDDEN_SIGMAS = 4.0
+STANDING = 0.02  # m, wheels that have turned less stand
+STANDING_SIGMAS = 6.0  # a wrong offset is likelier than a base that glides on them
 HIDDEN_CREEP = 0.012  # s, creep of wheels that grip, per acceleration
 
 
@@ -159,6 +163,14 @@ def corrected(memory: Memory) -> tuple[float, float, float, float, float, float,
 
 
 @part
+def wait(memory: Memory, T: float) -> None:
+    """T s go by in which nothing is corrected: what offsets were corrected before acts on."""
+    m = memory.m
+    m[FIX_PX] += T * m[FIX_BX]
+    m[FIX_PY] += T * m[FIX_BY]
+
+
+@part
 def account(memory: Memory, T: float, px: float, py: float, yaw: float, vx: float, vy: float,
             bx: float, by: float) -> None:
     """Sum up, in odom axes, what this frame has corrected since these were :func:`corrected`.
@@ -166,9 +178,8 @@ def account(memory: Memory, T: float, px: float, py: float, yaw: float, vx: floa
     What it has done to the pose goes to the gap, so that what is published has no step. Without an
     accelerometer every change of speed is a correction, and none of them speaks of slip.
     """
+    wait(memory, T)
     m, s = memory.m, memory.s
-    m[FIX_PX] += T * m[FIX_BX]
-    m[FIX_PY] += T * m[FIX_BY]
     now = s[YAW]
     if m[HAVE_ACCEL] > 0.0:
         cos, sin = math.cos(now), math.sin(now)
@@ -181,6 +192,15 @@ def account(memory: Memory, T: float, px: float, py: float, yaw: float, vx: floa
     m[GAP_X] += px - s[PX]
     m[GAP_Y] += py - s[PY]
     m[GAP_YAW] += yaw - now
+
+
+@part
+def stand(memory: Memory, old: FloatArray, wheels: int) -> bool:
+    """Have all wheels kept their place since the snapshot ``old``?"""
+    for i in range(K + wheels, K + 2 * wheels):
+        if abs(memory.x[i] - old[i]) > STANDING:
+            return False
+    return True
 
 
 @kernel
@@ -221,7 +241,8 @@ def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray)
         tilt += 0.5 * (old[n + i * n + i] + old[n + j * n + j] - 2.0 * old[n + i * n + j])
     turn = float(memory.x[YAW] - old[YAW])
     var += tilt * (0.5 * turn * age) ** 2
-    limit = max(HIDDEN_SPEED, HIDDEN_SIGMAS * math.sqrt(var))
+    sigmas = STANDING_SIGMAS if stand(memory, old, model.wheels) else HIDDEN_SIGMAS
+    limit = max(HIDDEN_SPEED, sigmas * math.sqrt(var))
     for i in range(model.wheels):
         if abs(memory.axis[i, 0] * bx + memory.axis[i, 1] * by) > limit:
             slips[i] = 1.0
