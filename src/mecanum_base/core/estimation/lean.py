@@ -12,7 +12,13 @@ the yaw rate leaks into that axis (mount and cross axis), learnt by least square
 
 Unmeasured, o wanders like floors do, by ``floor`` m/s^2/rts. Measured, the two are weighed:
 gain = vf/(vf + vm), variance a second vf vm/(vf + vm), with the variances vf of the floor and vm
-of the measurement. Axes that read exactly 0 or nothing are not measured. Angles are small.
+of the measurement. Where a base tips (the edge of a ramp) the mean rate q over 40 ms is far
+beyond both; then the floor has that much more,
+
+    vf += g^2 (q^2 - surely (vf / g^2 + vm / g^2) / 40 ms) 1 s
+
+what was missed of the rate until then is made up for, and m learns little from it. Axes that read
+exactly 0 for long, or nothing, are not measured. Angles are small.
 """
 
 from __future__ import annotations
@@ -24,8 +30,11 @@ from mecanum_base.core.estimation.layout import (
     BSX,
     BSY,
     HAVE_GYRO,
+    LEAN_EVEN,
     LEAN_GAIN,
     LEAN_REST,
+    LEAN_RX,
+    LEAN_RY,
     LEAN_SEEN,
     LEAN_X,
     LEAN_XZ,
@@ -41,10 +50,15 @@ from mecanum_base.core.estimation.model import Model
 
 FASTEST = 60.0  # rad/s, no base rolls and pitches like that
 GRAVITY = 9.80665  # m/s^2
+DEAF = 0.1  # s of nothing but 0, 0 until the axes x and y count as missing
 LEAK = 0.015  # share of the yaw rate seen by another axis, standard deviation before learning
 REST_MOST = 10.0  # s of rest over which the offsets of x and y are averaged
 REST_WANDER = 1.5e-4  # rad/s, how far these offsets are off at best
 REST_UNKNOWN = 0.05  # rad/s, how far they are off before the first standstill
+TIPPING = 0.04  # s over which rates are averaged to see that the base tips
+TIPS_FOR = 1.0  # s, turns the square of such a rate into a variance a second
+SURELY = 6.0  # times the variance that noise and a wandering floor explain
+SHARE = 0.02  # of a tilt that its measurement misses: scale of the gyro, delay
 LASTING = 1.0  # s over which a wrong rate stays the same
 
 
@@ -62,18 +76,26 @@ def follow(memory: Memory, roll: float, pitch: float, dt: float) -> None:
     """Take the rates about x and y [rad/s] of one reading that stands for ``dt`` s."""
     m = memory.m
     rate = abs(roll) + abs(pitch)
-    if not 0.0 < rate < FASTEST:  # nothing measured, absurd, or not a number
+    if rate > 0.0:
+        m[LEAN_SEEN] = DEAF
+    else:  # a coarse gyro reads 0, 0 now and then; one that has no such axes always does
+        m[LEAN_SEEN] = max(m[LEAN_SEEN] - dt, 0.0)
+    if not rate < FASTEST:  # absurd, or not a number
         m[LEAN_SEEN] = 0.0
+    if m[LEAN_SEEN] == 0.0:
         return
-    m[LEAN_SEEN] = 1.0
     roll -= m[LEAN_X]
     pitch -= m[LEAN_Y]
     wz, xz, yz, zz = m[WZ], m[LEAN_XZ], m[LEAN_YZ], m[LEAN_ZZ]
     step = GRAVITY * m[LEAN_GAIN] * dt
-    memory.s[BAX] -= step * (pitch - yz / zz * wz)
-    memory.s[BAY] += step * (roll - xz / zz * wz)
+    about_x, about_y = roll - xz / zz * wz, pitch - yz / zz * wz
+    memory.s[BAX] -= step * about_y
+    memory.s[BAY] += step * about_x
+    share = dt / (TIPPING + dt)
+    m[LEAN_RX] += share * (about_x - m[LEAN_RX])
+    m[LEAN_RY] += share * (about_y - m[LEAN_RY])
     if m[LEAN_REST] > 0.0:
-        spin = wz * dt
+        spin = m[LEAN_EVEN] * wz * dt
         m[LEAN_XZ] = xz + roll * spin
         m[LEAN_YZ] = yz + pitch * spin
         m[LEAN_ZZ] = zz + wz * spin
@@ -95,9 +117,19 @@ def wander(model: Model, memory: Memory) -> float:
         offset = REST_UNKNOWN ** 2
     wz = m[WZ]
     leak = (floor / GRAVITY ** 2) / m[LEAN_ZZ] * wz * wz
-    noise = max(model.gyro_noise ** 2, 1.5 * m[TREMOR]) + LASTING * (offset + leak)
-    seen = GRAVITY ** 2 * noise
+    quick = max(model.gyro_noise ** 2, 1.5 * m[TREMOR])
+    noise = quick + LASTING * (offset + leak)
+    tips = m[LEAN_RX] ** 2 + m[LEAN_RY] ** 2
+    seen = GRAVITY ** 2 * (noise + LASTING * 0.5 * SHARE ** 2 * tips)
+    chance = SURELY * ((quick + floor / GRAVITY ** 2) / TIPPING + offset + leak)
+    m[LEAN_EVEN] = 1.0
+    if tips > chance:
+        floor += GRAVITY ** 2 * TIPS_FOR * (tips - chance)
+        m[LEAN_EVEN] = (chance / tips) ** 2
     gain = floor / (floor + seen)
+    late = GRAVITY * (gain - m[LEAN_GAIN]) * TIPPING
+    memory.s[BAX] -= late * m[LEAN_RY]
+    memory.s[BAY] += late * m[LEAN_RX]
     m[LEAN_GAIN] = gain
     m[WANDER] = gain * seen
     return float(gain * seen)
@@ -107,7 +139,10 @@ def wander(model: Model, memory: Memory) -> float:
 def rest(memory: Memory, roll: float, pitch: float, span: float) -> None:
     """Average the rates read at rest: means [rad/s] over ``span`` s of standstill."""
     m = memory.m
+    if roll == 0.0 and pitch == 0.0:
+        return  # no such axes
     total = min(m[LEAN_REST] + span, REST_MOST)
+    m[LEAN_RX] = m[LEAN_RY] = 0.0
     m[LEAN_X] += span / total * (roll - m[LEAN_X])
     m[LEAN_Y] += span / total * (pitch - m[LEAN_Y])
     m[LEAN_REST] = total

@@ -42,7 +42,6 @@ from mecanum_base.core.estimation.layout import (
     HAVE_ACCEL,
     HAVE_GYRO,
     LAST_FRAME,
-    LEAN_SEEN,
     LOCKED_FOR,
     LOOSE_FOR,
     NOW,
@@ -106,8 +105,7 @@ def learn(model: Model, memory: Memory) -> None:
         mean = b[B_G] / n
         noise = max(b[B_GG] / n - mean * mean, 0.0) / n + model.gyro_noise ** 2 / span
         scalar(memory, BG, mean - float(x[BG]), noise)
-    if memory.m[LEAN_SEEN] > 0.0:
-        rest(memory, b[B_LEAN_X] / n, b[B_LEAN_Y] / n, span)
+    rest(memory, b[B_LEAN_X] / n, b[B_LEAN_Y] / n, span)
     if memory.m[HAVE_ACCEL] > 0.0:
         noise = model.accel_noise ** 2 / span + 1e-4
         scalar(memory, BAX, b[B_X] / n - float(x[BAX]), noise)
