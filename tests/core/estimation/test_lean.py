@@ -25,9 +25,12 @@ from mecanum_base.core.estimation.layout import (
     HAVE_GYRO,
     LEAN_GAIN,
     LEAN_REST,
+    LEAN_X,
     LEAN_XZ,
+    LEAN_Y,
     LEAN_YZ,
     LEAN_ZZ,
+    TREMOR,
     WZ,
 )
 from mecanum_base.core.estimation.lean import follow, turn_offset, wander
@@ -113,3 +116,75 @@ def test_before_the_first_rest_the_axes_are_hardly_believed_and_afterwards_they_
     wander(model, memory)
     assert before < 0.02
     assert memory.m[LEAN_GAIN] > 0.9
+
+
+def read_axes(model, memory, rates, seconds, dt=0.005):
+    """Steady rates about x and y, read every ``dt``; the gain is set anew as often."""
+    for _ in range(round(seconds / dt)):
+        follow(memory, *rates, dt)
+        wander(model, memory)
+
+
+def turning(memory, tremor):
+    """A base known from rest that turns at 1 rad/s under a trembling gyro [rad^2/s]."""
+    memory.m[LEAN_REST] = 5.0
+    memory.m[HAVE_GYRO] = memory.m[WZ] = 1.0
+    memory.m[TREMOR] = tremor
+
+
+@pytest.mark.parametrize(('rate', 'least', 'most'), [(0.3, 0.975, 1.02), (0.01, 0.0, 0.7)])
+def test_the_edge_of_a_ramp_is_followed_whole_where_small_rates_are_not(parts, rate, least, most):
+    """By hand: 0.06 rad of pitch are 0.59 m/s^2, whether it takes 0.2 s or 6 s."""
+    model, memory = parts
+    turning(memory, 1e-5)
+    read_axes(model, memory, (0.0, 1e-4), 5.0)  # the leak of the yaw rate is known
+    before = memory.x[BAX]
+    read_axes(model, memory, (0.0, rate), 0.06 / rate)
+    assert least < (before - memory.x[BAX]) / (9.80665 * 0.06) < most
+
+
+def test_the_edge_of_a_ramp_teaches_nothing_of_the_leak(parts):
+    model, memory = parts
+    turning(memory, 1e-7)
+    read_axes(model, memory, (0.0, 0.01), 5.0)
+    before = memory.m[LEAN_YZ] / memory.m[LEAN_ZZ]
+    read_axes(model, memory, (0.0, 0.31), 0.2)
+    # by hand: least squares alone would move it by 0.3 * 0.2 s / 5.3 s = 0.011
+    assert memory.m[LEAN_YZ] / memory.m[LEAN_ZZ] == pytest.approx(before, abs=0.002)
+
+
+def test_a_leak_larger_than_believed_possible_is_learnt_all_the_same(parts):
+    """0.1 is more than six standard deviations of what is assumed: there is a way back."""
+    model, memory = parts
+    turning(memory, 1e-7)
+    read_axes(model, memory, (0.0, 0.1), 60.0)
+    assert memory.m[LEAN_YZ] / memory.m[LEAN_ZZ] == pytest.approx(0.1, rel=0.1)
+
+
+def test_one_reading_of_zero_does_not_make_the_axes_count_as_missing(parts):
+    model, memory = parts
+    memory.m[HAVE_GYRO] = 1.0
+    follow(memory, 0.001, 0.0, 0.005)
+    follow(memory, 0.0, 0.0, 0.005)
+    wander(model, memory)
+    assert memory.m[LEAN_GAIN] > 0.0
+    for _ in range(25):
+        follow(memory, 0.0, 0.0, 0.005)
+    wander(model, memory)
+    assert memory.m[LEAN_GAIN] == 0.0
+
+
+def test_a_reading_of_zero_just_before_a_standstill_does_not_keep_the_offsets_unlearnt():
+    drive = staged((2.0, (0.0, 0.0, 0.0)))
+    readings = imu(drive)
+    for reading in readings:
+        reading.gyro[:2] += (0.012, -0.007)
+        if reading.stamp_ns < T0 + 300_000_000:
+            reading.gyro[:2] = 0.0
+    subject = estimator()
+    run(subject, merged(readings, frames(drive, summed(drive.twist @ RECTANGLE.T))))
+    memory = subject._filter.memory
+    # noise of 2 mrad/s over 340 readings
+    assert memory.m[LEAN_REST] > 1.0
+    assert memory.m[LEAN_X] == pytest.approx(0.012, abs=5e-4)
+    assert memory.m[LEAN_Y] == pytest.approx(-0.007, abs=5e-4)

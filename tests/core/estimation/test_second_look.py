@@ -1,5 +1,7 @@
 """Slip that begins slowly, on all wheels at once, and what the pose may do when it is found."""
 
+import math
+
 import numpy as np
 import pytest
 from staged_drive import (
@@ -18,8 +20,23 @@ from staged_drive import (
 )
 
 from mecanum_base.core.estimation.assembly import memory_of, model_of
-from mecanum_base.core.estimation.hindsight import SLOTS, keep, usable
-from mecanum_base.core.estimation.layout import CALM, FORCED, REEL_SLOT
+from mecanum_base.core.estimation.frame import arm, step_frame
+from mecanum_base.core.estimation.hindsight import SLOTS, hidden, keep, usable, wait
+from mecanum_base.core.estimation.layout import (
+    BAX,
+    BAY,
+    CALM,
+    FIX_BX,
+    FIX_BY,
+    FIX_PX,
+    FIX_PY,
+    FIX_VX,
+    FORCED,
+    REEL_SLOT,
+    VX,
+    VY,
+    K,
+)
 from mecanum_base.core.estimation.odometry import WheelOdometry
 from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
 from mecanum_base.core.estimation.standstill import settle
@@ -133,3 +150,51 @@ def test_the_snapshot_found_is_the_oldest_one_of_the_age_asked_for():
                     if young * 1_000_000 <= now - stamp <= old * 1_000_000]
             assert usable(memory, now, young * 1_000_000, old * 1_000_000) == (
                 able[0] if able else -1)
+
+
+def sure_parts():
+    """The same, its velocity known to 0.02 m/s and the offset of its accelerometer exactly."""
+    model, memory = parts()
+    memory.P[VX, VX] = memory.P[VY, VY] = 0.02 ** 2
+    memory.P[BAX, BAX] = memory.P[BAY, BAY] = 1e-8
+    return model, memory
+
+
+def snapshot(memory, stamp):
+    """Take one and give its place."""
+    keep(memory, stamp)
+    return int(memory.reel[REEL_SLOT])
+
+
+def test_time_that_passes_at_rest_is_no_slip_when_the_base_starts():
+    model, memory = sure_parts()
+    memory.m[FIX_VX], memory.m[FIX_BX] = 0.001, -0.9  # m/s, m/s^2: corrected on the way here
+    slot = snapshot(memory, T0)
+    for _ in range(50):
+        wait(memory, 0.01)
+    slips = np.zeros(4)
+    hidden(model, memory, T0 + 500_000_000, slot, slips)
+    # by hand: nothing has been corrected since, so that d = 0; without the wait 0.9 * 0.5 m/s
+    assert not slips.any()
+
+
+@pytest.mark.parametrize(('turned', 'found'), [(0.0, False), (0.1, True)])
+def test_on_wheels_that_stand_a_wrong_offset_is_likelier_than_a_glide(turned, found):
+    model, memory = sure_parts()
+    slot = snapshot(memory, T0)
+    memory.m[FIX_VX] = 0.1 * math.sqrt(2.0)  # 0.1 m/s along each roller axis
+    memory.x[K + 4:K + 8] += turned
+    slips = np.zeros(4)
+    hidden(model, memory, T0 + 300_000_000, slot, slips)
+    # sigma is 0.02 m/s and a little: 0.1 m/s is between 4 and 6 of it
+    assert slips.all() == slips.any() == found
+
+
+def test_a_frame_of_a_standstill_lets_time_pass():
+    model, memory = parts()
+    settle(memory, 4, np.zeros(4), model.resolution)
+    arm(model, memory, T0, np.zeros(4))
+    memory.m[FIX_BX], memory.m[FIX_BY] = -0.9, 0.3
+    step_frame(model, memory, T0 + 10_000_000, np.zeros(4), np.ones(4))
+    assert memory.m[FIX_PX] == pytest.approx(-0.009)
+    assert memory.m[FIX_PY] == pytest.approx(0.003)
