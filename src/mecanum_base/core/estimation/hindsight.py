@@ -44,6 +44,7 @@ from mecanum_base.core.estimation.layout import (
     GAP_Y,
     GAP_YAW,
     HAVE_ACCEL,
+    JUDGED,
     LOOSE_FOR,
     M_SIZE,
     PROBABILITY,
@@ -215,10 +216,11 @@ def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray)
     old = memory.kept[slot]
     k = n + n * n  # where the scalars begin
     age = (now - memory.kept_ns[slot, 0]) * 1e-9
+    summed = (now - memory.kept_clock[slot, JUDGED]) * 1e-9  # sums reach from frame to frame
     dx = (m[FIX_VX] - float(old[k + FIX_VX]) - (m[FIX_PX] - float(old[k + FIX_PX]))
-          + float(old[k + FIX_BX]) * age)
+          + float(old[k + FIX_BX]) * summed)
     dy = (m[FIX_VY] - float(old[k + FIX_VY]) - (m[FIX_PY] - float(old[k + FIX_PY]))
-          + float(old[k + FIX_BY]) * age)
+          + float(old[k + FIX_BY]) * summed)
     if dx * dx + dy * dy < HIDDEN_SPEED ** 2:
         return
     before = old[k:k + M_SIZE]

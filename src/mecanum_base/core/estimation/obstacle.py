@@ -6,9 +6,9 @@ s slip speeds of the wheels (W,) m/s, A+ the least-squares inverse, v velocity o
 that slide push the base with their friction. Where all of them turn and slide, their slip stays
 the same and the base gains no speed along it, something must balance that push: a wall, a step,
 a load. Then the base stands in that direction, and no wheel grips before its slip has changed.
-It is believed only where the velocity known from the impact agrees, and is far from the speed
-that the wheels claim. Along a wall u turns with the velocity that it is computed from, u' across
-u, left of it:
+It is believed only where the base has lost such a speed at once, as the accelerometer shows,
+where the velocity known from then agrees, and is far from the speed that the wheels claim. Along
+a wall u turns with the velocity that it is computed from, u' across u, left of it:
 
     d(u . v)/dv = u - u' (u' . v) / |A+ s|
 
@@ -23,12 +23,13 @@ import math
 
 import numpy as np
 
-from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.estimation.layout import (
     EVEN_AX,
     EVEN_AY,
     FLAT,
     HELD_FOR,
+    HIT,
     PROBABILITY,
     SLIP,
     SLOPE,
@@ -48,6 +49,8 @@ NOISE = 0.05  # m/s
 AGREES = 1.5  # standard deviations of the velocity along the slip
 RUB = 0.2  # coefficient of friction of an obstacle that the base rubs along
 TURNING = 0.1  # rad/s, a base that turns is held at a corner: its middle moves
+HIT_TIME = 0.4  # s within which what is in the way takes the speed from the base
+HIT_FADES = 0.5  # s
 MARGIN = 4.0  # squared standard deviations by which standing must beat gripping
 
 
@@ -75,10 +78,22 @@ def slides_evenly(model: Model, memory: Memory) -> bool:
     return turns
 
 
+@part
+def watch_hits(model: Model, memory: Memory, T: float) -> None:
+    """Remember the hardest change of speed, 0.1 s means of it, for as long as all wheels slide."""
+    m = memory.m
+    slide = True
+    for i in range(model.wheels):
+        slide = slide and memory.each[PROBABILITY, i] > 0.5
+    before = m[HIT] if slide else m[HIT] * math.exp(-T / HIT_FADES)
+    m[HIT] = max(before, math.hypot(m[EVEN_AX], m[EVEN_AY]))
+
+
 @kernel
 def stop_at_obstacle(model: Model, memory: Memory, T: float) -> None:
     """Find out, T s after the last frame, whether the base is held; its velocity then is 0."""
     m, x, P = memory.m, memory.x, memory.P
+    watch_hits(model, memory, T)
     if not slides_evenly(model, memory):
         m[HELD_FOR] = 0.0
         return
@@ -96,7 +111,7 @@ def stop_at_obstacle(model: Model, memory: Memory, T: float) -> None:
     column = jx * P[:, VX] + jy * P[:, VY]
     spread = float(jx * column[VX] + jy * column[VY])
     agrees = speed * speed < AGREES * AGREES * spread
-    if m[HELD_FOR] < TIME and (size < LEAST_SLIP or not agrees
+    if m[HELD_FOR] < TIME and (size < LEAST_SLIP or size > HIT_TIME * m[HIT] or not agrees
                                or speed * speed * variance
                                > (size * size - MARGIN * variance) * spread):
         m[HELD_FOR] = 0.0
