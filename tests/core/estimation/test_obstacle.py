@@ -23,6 +23,7 @@ from mecanum_base.core.estimation.layout import (
     WZ,
     K,
 )
+from mecanum_base.core.estimation.layout import HIT as BLOW
 from mecanum_base.core.estimation.obstacle import held, stop_at_obstacle
 from mecanum_base.core.estimation.propagation import spread
 from mecanum_base.core.estimation.slip import measure
@@ -94,6 +95,7 @@ def sliding(speed=0.02, sigma=0.05):
     memory.wheel[STEP] = memory.rows[:, 0] * 0.4
     memory.wheel[PROBABILITY] = 1.0
     memory.wheel[FLAT] = 1.0
+    memory.m[BLOW] = 2.0  # m/s^2 of mean over 0.1 s: it has lost the 0.4 m/s at once
     memory.x[VX] = speed
     for i in (VX, VY):
         memory.P[i, :] = memory.P[:, i] = 0.0
@@ -125,8 +127,9 @@ def test_its_velocity_along_the_slip_is_taken_for_zero_and_the_slip_grows_by_as_
     lambda memory: memory.x.__setitem__(VX, 0.2),
     lambda memory: memory.wheel[STEP].__imul__(0.0),
     lambda memory: memory.wheel[SLIP].__imul__(0.1),
+    lambda memory: memory.m.__setitem__(BLOW, 0.9),
 ], ids=['gains speed', 'a wheel grips', 'slip changes', 'velocity disagrees', 'wheels stand',
-        'hardly slips'])
+        'hardly slips', 'was not slowed down at once'])
 def test_nothing_is_in_the_way_of_a_base_that(change):
     model, memory = sliding()
     change(memory)
@@ -249,3 +252,15 @@ def test_a_knock_lets_gripping_wheels_creep_less_than_a_lasting_push_does():
         spread(model, memory)
         grown.append(math.sqrt(memory.P[creep, creep]))
     assert grown[0] < 0.5 * grown[1]
+
+
+def test_a_blow_is_remembered_while_all_wheels_slide_and_fades_when_one_grips():
+    model, memory = sliding()
+    frames_pass(model, memory, 200)
+    assert memory.m[BLOW] == 2.0
+    memory.wheel[PROBABILITY, 1] = 0.1
+    frames_pass(model, memory, 100)
+    assert memory.m[BLOW] == pytest.approx(2.0 * math.exp(-1.0 / 0.5))
+    memory.m[EVEN_AX] = -1.5
+    frames_pass(model, memory, 1)
+    assert memory.m[BLOW] == 1.5

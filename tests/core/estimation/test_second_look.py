@@ -32,6 +32,7 @@ from mecanum_base.core.estimation.layout import (
     FIX_PY,
     FIX_VX,
     FORCED,
+    JUDGED,
     REEL_SLOT,
     VX,
     VY,
@@ -157,6 +158,7 @@ def sure_parts():
     model, memory = parts()
     memory.P[VX, VX] = memory.P[VY, VY] = 0.02 ** 2
     memory.P[BAX, BAX] = memory.P[BAY, BAY] = 1e-8
+    memory.clock[JUDGED] = T0
     return model, memory
 
 
@@ -168,13 +170,15 @@ def snapshot(memory, stamp):
 
 def test_time_that_passes_at_rest_is_no_slip_when_the_base_starts():
     model, memory = sure_parts()
-    memory.m[FIX_VX], memory.m[FIX_BX] = 0.001, -0.9  # m/s, m/s^2: corrected on the way here
+    memory.m[FIX_VX], memory.m[FIX_BX] = 0.001, -9.0  # m/s, m/s^2: corrected on the way here
+    memory.clock[JUDGED] = T0 - 30_000_000  # calm frames since: the snapshot is younger
     slot = snapshot(memory, T0)
-    for _ in range(50):
+    for _ in range(53):
         wait(memory, 0.01)
     slips = np.zeros(4)
     hidden(model, memory, T0 + 500_000_000, slot, slips)
-    # by hand: nothing has been corrected since, so that d = 0; without the wait 0.9 * 0.5 m/s
+    # by hand: nothing has been corrected since, so that d = 0; one frame of 30 ms more or less
+    # would be 0.27 m/s, no wait at all 4.8 m/s
     assert not slips.any()
 
 
