@@ -15,7 +15,7 @@ are summed up; what the IMU alone says about the velocity since a snapshot of ag
     sigma^2 = P_v + P_b T^2 + q_a T + q_b T^3/3
               + (scale |dv|)^2 + (creep a)^2 + P_tilt (turn T/2)^2
 
-and a wheel with |A_i d| above 4 sigma must have slipped (6 where all wheels stand: a base hardly
+and a wheel with |A_i d| above 4.5 sigma must have slipped (6 where all wheels stand: a base hardly
 ever glides on them, but that the offset is still being found is common there).
 
 The past that was published stays; position and velocity of this moment are as good as if the
@@ -196,8 +196,8 @@ def account(memory: Memory, T: float, px: float, py: float, yaw: float, vx: floa
 
 
 @part
-def stand(memory: Memory, old: FloatArray, wheels: int) -> bool:
-    """Have all wheels kept their place since the snapshot ``old``?"""
+def have_stood(memory: Memory, old: FloatArray, wheels: int) -> bool:
+    """Have all wheels kept their place, within 2 cm, since the snapshot row ``old``?"""
     for i in range(K + wheels, K + 2 * wheels):
         if abs(memory.x[i] - old[i]) > STANDING:
             return False
@@ -243,7 +243,7 @@ def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray)
         tilt += 0.5 * (old[n + i * n + i] + old[n + j * n + j] - 2.0 * old[n + i * n + j])
     turn = float(memory.x[YAW] - old[YAW])
     var += tilt * (0.5 * turn * age) ** 2
-    sigmas = STANDING_SIGMAS if stand(memory, old, model.wheels) else HIDDEN_SIGMAS
+    sigmas = STANDING_SIGMAS if have_stood(memory, old, model.wheels) else HIDDEN_SIGMAS
     limit = max(HIDDEN_SPEED, sigmas * math.sqrt(var))
     for i in range(model.wheels):
         if abs(memory.axis[i, 0] * bx + memory.axis[i, 1] * by) > limit:

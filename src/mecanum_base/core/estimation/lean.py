@@ -15,8 +15,9 @@ gain = vf/(vf + vm), variance a second vf vm/(vf + vm), with the variances vf of
 of the measurement. Where a base tips (the edge of a ramp) the mean rate q over 40 ms is far
 beyond both; then the floor has that much more,
 
-    vf += g^2 (q^2 - surely (vf / g^2 + vm / g^2) / 40 ms) 1 s
+    vf += g^2 (q^2 - q0^2) 1 s,  q0^2 = 6 ((n + vf / g^2) / 40 ms + e^2)
 
+with the noise density n of the gyro and the variance e^2 of offset and leak;
 what was missed of the rate until then is made up for, and m learns little from it. Axes that read
 exactly 0 for long, or nothing, are not measured. Angles are small.
 """
@@ -103,7 +104,10 @@ def follow(memory: Memory, roll: float, pitch: float, dt: float) -> None:
 
 @part
 def wander(model: Model, memory: Memory) -> float:
-    """Variance (m/s^2)^2 a second by which tilt changes unseen; sets the gain of the gyro axes."""
+    """Variance (m/s^2)^2 a second by which tilt changes unseen; sets the gain of the gyro axes.
+
+    Where the gain rises because the base tips, the offset gets what it has missed until now.
+    """
     m = memory.m
     floor = model.accel_drift ** 2
     if m[LEAN_SEEN] == 0.0 or m[HAVE_GYRO] == 0.0:
