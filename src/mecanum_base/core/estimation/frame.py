@@ -32,6 +32,7 @@ from mecanum_base.core.estimation.layout import (
     QUIET,
     REACH,
     REST,
+    ROLLS,
     SLIP,
     SLOW_AX,
     SLOW_AY,
@@ -42,6 +43,8 @@ from mecanum_base.core.estimation.layout import (
     SUM_Y,
     SUM_YAW,
     TRAVEL,
+    VX,
+    VY,
     WZ,
     YAW,
     K,
@@ -51,6 +54,7 @@ from mecanum_base.core.estimation.lean import follow
 from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.estimation.obstacle import stop_at_obstacle
 from mecanum_base.core.estimation.propagation import spread
+from mecanum_base.core.estimation.regrip import watch_regrip
 from mecanum_base.core.estimation.slip import measure, uncertainty, unlock, watch_slope
 from mecanum_base.core.estimation.standstill import leave, watch
 from mecanum_base.core.estimation.trail import expect
@@ -58,6 +62,7 @@ from mecanum_base.core.estimation.wheel_update import SURE, judge
 from mecanum_base.core.parameter import FloatArray
 
 EVEN = 0.2  # share of the period that a stamp may be off and still be jitter
+UNKNOWN_SPEED = 0.3  # m/s, of the base where its wheels are to be believed
 LONGEST = 0.04  # s, longest motion that one covariance step may cover
 
 
@@ -197,6 +202,9 @@ def step_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
         return False
     before = slipping_set(memory, model.wheels)
     px, py, yaw, vx, vy, bx, by = corrected(memory)
+    if m[ROLLS] > 0.0:
+        memory.P[VX, VX] += UNKNOWN_SPEED ** 2
+        memory.P[VY, VY] += UNKNOWN_SPEED ** 2
     expect(memory)
     judge(model, memory, z, valid, span)
     account(memory, span, px, py, yaw, vx, vy, bx, by)
@@ -208,6 +216,7 @@ def step_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
     measure(model, memory, z, valid, span)
     watch_slope(model, memory)
     unlock(model, memory, span)
+    watch_regrip(model, memory, span)
     stop_at_obstacle(model, memory, span)
     uncertainty(model, memory)
     allow_calm(model, memory)

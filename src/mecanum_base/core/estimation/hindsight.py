@@ -16,7 +16,9 @@ are summed up; what the IMU alone says about the velocity since a snapshot of ag
               + (scale |dv|)^2 + (creep a)^2 + P_tilt (turn T/2)^2
 
 and a wheel with |A_i d| above 4.5 sigma must have slipped (6 where all wheels stand: a base hardly
-ever glides on them, but that the offset is still being found is common there).
+ever glides on them, but that the offset is still being found is common there). The slip began
+about when |A_i d| less 3 sigma is largest: back by 2.5 times that T. Going back farther would
+leave the velocity to the IMU for longer than need be, and so unsure that the slip is lost in it.
 
 The past that was published stays; position and velocity of this moment are as good as if the
 slip had been known in time. Snapshots are whole copies of the memory, the tape holds the readings.
@@ -66,7 +68,7 @@ from mecanum_base.core.estimation.layout import (
 from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.parameter import FloatArray
 
-SLOTS = 27  # snapshots kept
+SLOTS = 29  # snapshots kept
 EVERY = 40_000_000  # ns between snapshots
 OLDEST = 150_000_000  # ns, age of a snapshot that serves when a slip is seen
 YOUNGEST = 25_000_000  # ns
@@ -74,6 +76,9 @@ TAPE = 1024  # readings
 RERUNS = 4  # second looks that one snapshot may serve
 SHORT = 240_000_000  # ns, least ages of the snapshots that show hidden slip
 LONG = 960_000_000
+REACH = 5  # halves of the age that shows hidden slip best: so far back at most
+FARTHEST = 1_050_000_000
+WORTH = 3.0  # standard deviations that an older snapshot must show more
 GAP_TIME = 0.15  # s in which the published pose runs into a corrected one
 HIDDEN_SPEED = 0.06  # m/s
 HIDDEN_SIGMAS = 4.5
@@ -112,7 +117,7 @@ def keep(memory: Memory, now: int) -> None:
 
 @kernel
 def forget(memory: Memory) -> None:
-    """No snapshot is of use any more: the state has been changed from outside."""
+    """No snapshot is of use any more: what the state has become does not follow from them."""
     for slot in range(SLOTS):
         memory.kept_ns[slot, 1] = -TAPE - 1
 
@@ -205,11 +210,12 @@ def have_stood(memory: Memory, old: FloatArray, wheels: int) -> bool:
 
 
 @kernel
-def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray) -> None:
+def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray) -> float:
     """Mark in ``slips`` (W,) the wheels that must have slipped, unnoticed, since ``slot``.
 
     The velocity that the IMU alone would have led to since then is that of the filter less all
-    corrections by the wheels; d is their sum. Slip of wheel i is A_i d.
+    corrections by the wheels; d is their sum. Slip of wheel i is A_i d. Returns the largest, m/s,
+    less what may be an error of it.
     """
     m = memory.m
     n = memory.P.shape[0]
@@ -222,10 +228,10 @@ def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray)
     dy = (m[FIX_VY] - float(old[k + FIX_VY]) - (m[FIX_PY] - float(old[k + FIX_PY]))
           + float(old[k + FIX_BY]) * summed)
     if dx * dx + dy * dy < HIDDEN_SPEED ** 2:
-        return
+        return 0.0
     before = old[k:k + M_SIZE]
     if before[LOOSE_FOR] > 0.0:
-        return  # just after a slip the velocity is surer than it should be
+        return 0.0  # just after a slip the velocity is surer than it should be
     c, s = math.cos(memory.x[YAW]), math.sin(memory.x[YAW])
     bx, by = c * dx + s * dy, -s * dx + c * dy
     var = 0.5 * (old[n + VX * n + VX] + old[n + VY * n + VY])
@@ -243,11 +249,16 @@ def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray)
         tilt += 0.5 * (old[n + i * n + i] + old[n + j * n + j] - 2.0 * old[n + i * n + j])
     turn = float(memory.x[YAW] - old[YAW])
     var += tilt * (0.5 * turn * age) ** 2
+    sigma = math.sqrt(var)
     sigmas = STANDING_SIGMAS if have_stood(memory, old, model.wheels) else HIDDEN_SIGMAS
-    limit = max(HIDDEN_SPEED, sigmas * math.sqrt(var))
+    limit = max(HIDDEN_SPEED, sigmas * sigma)
+    most = 0.0
     for i in range(model.wheels):
-        if abs(memory.axis[i, 0] * bx + memory.axis[i, 1] * by) > limit:
+        slid = abs(memory.axis[i, 0] * bx + memory.axis[i, 1] * by)
+        most = max(most, slid)
+        if slid > limit:
             slips[i] = 1.0
+    return float(most - WORTH * sigma)
 
 
 @part
@@ -255,13 +266,18 @@ def suspect(model: Model, memory: Memory, now: int, slips: FloatArray) -> int:
     """Snapshot to go back to because of hidden slip, or -1; marks the wheels in ``slips`` (W,)."""
     if abs(memory.m[FIX_VX]) + abs(memory.m[FIX_VY]) == 0.0:
         return -1  # no correction yet
+    most = 0.0
+    since = SHORT
     for age in (SHORT, 2 * SHORT, LONG):
         slot = usable(memory, now, age, age + 2 * EVERY)
         if slot >= 0:
-            hidden(model, memory, now, slot, slips)
+            slid = hidden(model, memory, now, slot, slips)
+            if slid > most:
+                most = slid
+                since = age
     for i in range(model.wheels):
         if slips[i] > memory.each[PROBABILITY, i] + 0.5:
-            return usable(memory, now, SHORT, 2 * LONG)
+            return usable(memory, now, SHORT, min(REACH * since // 2, FARTHEST))
     return -1
 
 

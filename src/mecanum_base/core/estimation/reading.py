@@ -1,8 +1,9 @@
 """One reading taken: used, put on the tape and, where a slip has begun, looked at once more.
 
-The second look (:mod:`.hindsight`) starts from a snapshot shortly before; it has two causes: the
-frame itself shows a wheel that did not slip before, or the sum of small corrections over up to a
-second says that wheels must have been slipping unnoticed.
+The second look (:mod:`.hindsight`) starts from a snapshot shortly before; it has three causes: the
+frame itself shows a wheel that did not slip before, the sum of small corrections over up to a
+second says that wheels must have been slipping unnoticed, or the slip believed in turns out to be
+the end of another one (:mod:`.regrip`).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from mecanum_base.core.estimation.hindsight import (
     TAPE,
     YOUNGEST,
     close_gap,
+    forget,
     keep,
     record,
     rewind,
@@ -34,12 +36,14 @@ from mecanum_base.core.estimation.layout import (
     PX,
     PY,
     REEL_COUNT,
+    ROLLS,
     STILL,
     YAW,
     Memory,
 )
 from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.estimation.output import remember
+from mecanum_base.core.estimation.regrip import gripped_again
 from mecanum_base.core.estimation.trail import mark
 from mecanum_base.core.parameter import FloatArray
 
@@ -80,18 +84,28 @@ def take_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
         slot = usable(memory, now, YOUNGEST, OLDEST)
     if slot < 0 and memory.m[STILL] == 0.0:
         slot = suspect(model, memory, now, slips)
-    if slot >= 0:
-        again(model, memory, slot, slips)
+    over = gripped_again(memory, now)
+    if over >= 0:
+        again(model, memory, over, np.zeros(w), True)
+        forget(memory)  # its sums hold the slip that was not seen
+    elif slot >= 0:
+        again(model, memory, slot, slips, False)
 
 
 @kernel
-def again(model: Model, memory: Memory, slot: int, slips: FloatArray) -> None:
-    """Go back to snapshot ``slot``; the wheels (W,) marked 1 or slipping now slip from there."""
+def again(model: Model, memory: Memory, slot: int, slips: FloatArray, rolls: bool) -> None:
+    """Go back to snapshot ``slot``; the wheels (W,) marked 1 or slipping now slip from there.
+
+    ``rolls``: none of them does, their travel is believed whatever the IMU says.
+    """
     w, tape = model.wheels, memory.tape
     m, x = memory.m, memory.x
     shown_x, shown_y = float(x[PX] + m[GAP_X]), float(x[PY] + m[GAP_Y])
     shown_yaw = float(x[YAW] + m[GAP_YAW])
     first = rewind(memory, slot, slips)
+    if rolls:
+        memory.wheel[FORCED] = 0.0
+        m[ROLLS] = 1.0
     for count in range(first, memory.reel[REEL_COUNT]):
         at = count % TAPE
         stamp = memory.tape_ns[at, 0]
@@ -106,6 +120,7 @@ def again(model: Model, memory: Memory, slot: int, slips: FloatArray) -> None:
             step_imu(model, memory, stamp, tape[at, 0], tape[at, 1], tape[at, 2], tape[at, 3],
                      tape[at, 4])
     memory.wheel[FORCED] = 0.0
+    m[ROLLS] = 0.0
     allow_calm(model, memory)
     m[GAP_X], m[GAP_Y] = shown_x - x[PX], shown_y - x[PY]
     m[GAP_YAW] = shown_yaw - x[YAW]

@@ -18,6 +18,7 @@ import numpy as np
 from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.estimation.layout import (
     ANGLE,
+    CHANGE,
     FLAT,
     FROZEN_FOR,
     GLIDING,
@@ -51,7 +52,7 @@ SMOOTHING = 0.012  # s
 DOUBTED = 0.2  # probability of a late stamp above which a step says nothing of slip yet
 FROZEN_STEP = 0.25  # counts a wheel may move in a frame and be frozen
 GLIDE_TIME = 4.0  # s of unchanging slip until it is doubted
-GLIDE_PUSH = 0.4  # m/s^2, acceleration that sliding wheels do not follow by chance
+GLIDE_PUSH = 0.4  # m/s^2 of it that is not noticed
 GLIDE_SPEED = 0.1  # m/s gained beyond it with unchanging slip until that is doubted
 GLIDE_RATE = 0.3  # s in which doubt reaches half the slip speed
 KINK = 3  # frames averaged on either side to see that a change has just ended
@@ -120,6 +121,7 @@ def watch_slope(model: Model, memory: Memory) -> None:
             new += memory.slope[(at - k) % (2 * SLOPE), i]
             old += memory.slope[(at - SLOPE - k) % (2 * SLOPE), i]
         change = abs(new - old) / SLOPE
+        each[CHANGE, i] = change
         if change < model.flat_speed:
             each[FLAT, i] = 1.0
             continue
@@ -130,6 +132,28 @@ def watch_slope(model: Model, memory: Memory) -> None:
         sudden = (change > KINK_BEFORE and abs(lately) < KINK * KINK_AFTER
                   and abs(each[SLIP, i]) < KINK_SLIP)
         each[FLAT, i] = 0.5 if sudden else 0.0
+
+
+@part
+def unfelt(memory: Memory) -> float:
+    """Acceleration [m/s^2] that sliding wheels do not follow by chance, nor cause by friction.
+
+    Friction pushes the base along the slip. Across it the rollers of a diagonal roll freely; only
+    where all wheels slide, their slip would have to change with it.
+    """
+    m, each = memory.m, memory.each
+    x = y = 0.0
+    everything = True
+    for i in range(memory.axis.shape[0]):
+        if each[PROBABILITY, i] > 0.5:
+            x += memory.axis[i, 0] * each[SLIP, i]
+            y += memory.axis[i, 1] * each[SLIP, i]
+        else:
+            everything = False
+    size = max(1e-6, math.hypot(x, y))
+    along = min(0.0, (m[SLOW_AX] * x + m[SLOW_AY] * y) / size)
+    across = (m[SLOW_AX] * y - m[SLOW_AY] * x) / size
+    return math.hypot(along, across) if everything else -along
 
 
 @kernel
@@ -145,10 +169,9 @@ def frictionless(memory: Memory, T: float) -> float:
     flat = np.where(wheel[PROBABILITY] > 0.5, wheel[FLAT], 1.0).min()  # all have been for long
     turning = np.abs(wheel[STEP]).max() > 0.05
     if flat == 1.0 and turning and slides.max() > 0.1:
-        push = math.hypot(float(m[SLOW_AX]), float(m[SLOW_AY]))
         if not held(memory):
             m[GLIDING] += T / GLIDE_TIME
-        m[GLIDING] += max(0.0, push - GLIDE_PUSH) * T / GLIDE_SPEED
+        m[GLIDING] += max(0.0, unfelt(memory) - GLIDE_PUSH) * T / GLIDE_SPEED
     else:
         m[GLIDING] = 0.0
     if m[GLIDING] < 1.0:
