@@ -161,6 +161,17 @@ def usable(memory: Memory, now: int, youngest: int, oldest: int) -> int:
     return -1
 
 
+@kernel
+def youngest(memory: Memory, now: int, age: int) -> int:
+    """The youngest snapshot of at least this ``age`` [ns], or -1."""
+    last, first = memory.reel[REEL_SLOT], memory.reel[REEL_COUNT] - TAPE
+    for back in range(SLOTS):
+        slot = (last - back) % SLOTS
+        if now - memory.kept_ns[slot, 0] >= age and memory.kept_ns[slot, 1] >= first:
+            return int(slot)
+    return -1
+
+
 @part
 def corrected(memory: Memory) -> tuple[float, float, float, float, float, float, float]:
     """What a frame may correct: pose, velocity and offset of the accelerometer."""
@@ -210,30 +221,41 @@ def have_stood(memory: Memory, old: FloatArray, wheels: int) -> bool:
 
 
 @kernel
-def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray) -> float:
-    """Mark in ``slips`` (W,) the wheels that must have slipped, unnoticed, since ``slot``.
+def corrections(memory: Memory, now: int, slot: int) -> tuple[float, float]:
+    """d, m/s in the axes of the base: by how much the wheels have changed the velocity since.
 
-    The velocity that the IMU alone would have led to since then is that of the filter less all
-    corrections by the wheels; d is their sum. Slip of wheel i is A_i d. Returns the largest, m/s,
-    less what may be an error of it.
+    The velocity that the IMU alone would have led to since ``slot`` is that of the filter less d.
     """
     m = memory.m
-    n = memory.P.shape[0]
     old = memory.kept[slot]
+    n = memory.P.shape[0]
     k = n + n * n  # where the scalars begin
-    age = (now - memory.kept_ns[slot, 0]) * 1e-9
     summed = (now - memory.kept_clock[slot, JUDGED]) * 1e-9  # sums reach from frame to frame
     dx = (m[FIX_VX] - float(old[k + FIX_VX]) - (m[FIX_PX] - float(old[k + FIX_PX]))
           + float(old[k + FIX_BX]) * summed)
     dy = (m[FIX_VY] - float(old[k + FIX_VY]) - (m[FIX_PY] - float(old[k + FIX_PY]))
           + float(old[k + FIX_BY]) * summed)
-    if dx * dx + dy * dy < HIDDEN_SPEED ** 2:
+    c, s = math.cos(memory.s[YAW]), math.sin(memory.s[YAW])
+    return c * dx + s * dy, -s * dx + c * dy
+
+
+@kernel
+def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray) -> float:
+    """Mark in ``slips`` (W,) the wheels that must have slipped, unnoticed, since ``slot``.
+
+    Slip of wheel i is A_i d. Returns the largest, m/s, less what may be an error of it.
+    """
+    m = memory.m
+    n = memory.P.shape[0]
+    old = memory.kept[slot]
+    k = n + n * n
+    age = (now - memory.kept_ns[slot, 0]) * 1e-9
+    bx, by = corrections(memory, now, slot)
+    if bx * bx + by * by < HIDDEN_SPEED ** 2:
         return 0.0
     before = old[k:k + M_SIZE]
     if before[LOOSE_FOR] > 0.0:
         return 0.0  # just after a slip the velocity is surer than it should be
-    c, s = math.cos(memory.x[YAW]), math.sin(memory.x[YAW])
-    bx, by = c * dx + s * dy, -s * dx + c * dy
     var = 0.5 * (old[n + VX * n + VX] + old[n + VY * n + VY])
     var += 0.5 * (old[n + BAX * n + BAX] + old[n + BAY * n + BAY]) * age * age
     change = math.hypot(memory.x[VX] - old[VX], memory.x[VY] - old[VY])

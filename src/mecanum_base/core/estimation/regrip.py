@@ -6,42 +6,78 @@ second; the accelerometer shows that, and the filter believes that a slip the ot
 
     truth, A_i v      --\\____/--      wheels, z_i'   --------       believed, s_i   ______/----
 
-From then on the wheels grip, so the slip that is wrongly believed in stays the same to a few mm/s,
-while friction would change that of wheels that slide; and where it does change, because the offset
-of the accelerometer was dragged along too, friction seems to push the base the wrong way, against
-the slip. A slip for which this has held long enough is taken back: the readings since before it
-are taken again, with the wheels believed. Only while other wheels grip: where all slide, it may
-be ice, or a wall (:mod:`.obstacle`); and only where a wheel turns: a hand may push a base that
-stands. Slip that has lasted for longer is left to :func:`.slip.frictionless`.
+Whose doing it was tells the two apart. Where a slip begins, the wheel has changed its speed by it;
+here the base has, by -s_i, as its velocity less the corrections by the wheels shows. Besides,
+wheels that grip keep the slip that is wrongly believed in constant to a few mm/s, while friction
+changes that of wheels that slide; and where it does change, because the offset of the
+accelerometer was dragged along too, friction seems to push the base the wrong way, against the
+slip. A slip for which this has held long enough is taken back: the readings since before it are
+taken again, with the wheels believed. Only while other wheels grip: where all slide, it may be
+ice, or a wall (:mod:`.obstacle`); and only where a wheel turns: a hand may push a base that
+stands. What lasts longer than the snapshots reach is left to :func:`.slip.frictionless`.
 """
 
 from __future__ import annotations
 
 from mecanum_base.core.estimation.acceleration import kernel, part
-from mecanum_base.core.estimation.hindsight import EVERY, usable
+from mecanum_base.core.estimation.hindsight import (
+    EVERY,
+    corrections,
+    usable,
+    youngest,
+)
 from mecanum_base.core.estimation.layout import (
     CHANGE,
     EVEN_AX,
     EVEN_AY,
     FORCED,
+    LAST_FRAME,
     LOCKED_FOR,
-    OVER,
+    LOOSE_FOR,
+    OVER_FOR,
     PROBABILITY,
     SLIP,
     SLOPE,
     SLOPE_FILL,
     STEP,
+    VX,
+    VY,
     Memory,
 )
 from mecanum_base.core.estimation.model import Model
 
 LEAST = 0.05  # m/s of slip
 TURNING = 0.05  # m/s, the fastest wheel
-STEADY = 0.01  # m/s of change within 0.1 s: that of wheels that grip
-STEADY_TIME = 0.2  # s
+STEADY = 0.0125  # m/s of change within 0.1 s: that of wheels that grip
 AGAINST = -0.2  # m/s^2 along the slip: no friction does that
-AGAINST_TIME = 0.08  # s
-RECENT = 1.05  # s; over a hole or on ice a slip that has lasted may be constant
+ENOUGH = 0.08  # s
+BEFORE = 100_000_000  # ns before the slip, from where on the speed of the base counts
+LEAST_SHARE, MOST_SHARE = 0.4, 2.0  # of the slip, that the base may have made of it
+
+
+@kernel
+def made_by_base(memory: Memory) -> bool:
+    """Has the base, not the wheel that slips most, changed its speed by about that slip?"""
+    x = memory.s
+    now = memory.clock[LAST_FRAME]
+    slot = youngest(memory, now, int(memory.m[LOCKED_FOR] * 1e9) + BEFORE)
+    if slot < 0:
+        return False
+    n = memory.P.shape[0]
+    old = memory.kept[slot]
+    if old[n + n * n + LOOSE_FOR] > 0.0:
+        return False  # just after a slip the velocity is not known
+    dx, dy = corrections(memory, now, slot)
+    vx, vy = x[VX] - float(old[VX]) - dx, x[VY] - float(old[VY]) - dy
+    size = made = 0.0
+    for i in range(memory.axis.shape[0]):
+        slid = memory.each[SLIP, i]
+        if memory.each[PROBABILITY, i] > 0.5 and abs(slid) > size:
+            size = abs(slid)
+            made = -(memory.axis[i, 0] * vx + memory.axis[i, 1] * vy)
+            if slid < 0.0:
+                made = -made
+    return LEAST_SHARE * size < made < MOST_SHARE * size
 
 
 @kernel
@@ -60,12 +96,12 @@ def pushed_against(memory: Memory) -> bool:
 
 @part
 def watch_regrip(model: Model, memory: Memory, T: float) -> None:
-    """Add up, T s after the last frame, what speaks for the end of another slip."""
+    """Add up the time for which the slip believed in looks like the end of another one."""
     m, each = memory.m, memory.each
     if m[LOCKED_FOR] == 0.0:
-        m[OVER] = 0.0
+        m[OVER_FOR] = 0.0
         return
-    if m[LOCKED_FOR] > RECENT or memory.clock[SLOPE_FILL] < 2 * SLOPE:
+    if memory.clock[SLOPE_FILL] < 2 * SLOPE:
         return
     grips = False
     size = change = fastest = 0.0
@@ -80,16 +116,14 @@ def watch_regrip(model: Model, memory: Memory, T: float) -> None:
             grips = True
     if not grips or size < LEAST or fastest < TURNING or change >= model.flat_speed:
         return
-    if pushed_against(memory):
-        m[OVER] += T / AGAINST_TIME
-    elif change < STEADY:
-        m[OVER] += T / STEADY_TIME
+    if (change < STEADY or pushed_against(memory)) and made_by_base(memory):
+        m[OVER_FOR] += T
 
 
 @part
 def gripped_again(memory: Memory, now: int) -> int:
     """Snapshot from before the slip that there has not been, or -1."""
-    if memory.m[OVER] < 1.0:
+    if memory.m[OVER_FOR] < ENOUGH:
         return -1
     lasted = int(memory.m[LOCKED_FOR] * 1e9)
     return usable(memory, now, lasted, lasted + 2 * EVERY)
