@@ -43,7 +43,7 @@ from mecanum_base.core.estimation.layout import (
 )
 from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.estimation.output import remember
-from mecanum_base.core.estimation.regrip import gripped_again
+from mecanum_base.core.estimation.regrip import believe_wheels, gripped_again
 from mecanum_base.core.estimation.trail import mark
 from mecanum_base.core.parameter import FloatArray
 
@@ -104,8 +104,7 @@ def again(model: Model, memory: Memory, slot: int, slips: FloatArray, rolls: boo
     shown_yaw = float(x[YAW] + m[GAP_YAW])
     first = rewind(memory, slot, slips)
     if rolls:
-        memory.wheel[FORCED] = 0.0
-        m[ROLLS] = 1.0
+        believe_wheels(memory)
     for count in range(first, memory.reel[REEL_COUNT]):
         at = count % TAPE
         stamp = memory.tape_ns[at, 0]

@@ -4,7 +4,7 @@ A slip that begins slowly enough, at less than about 0.1 m/s^2, is not seen: the
 the wheels. When they grip again they pull the base back to their own speed within tenths of a
 second; the accelerometer shows that, and the filter believes that a slip the other way has begun:
 
-    truth, A_i v      --\\____/--      wheels, z_i'   --------       believed, s_i   ______/----
+    truth, A_i v   --____/--     wheels, z_i'   --------     believed, s_i = z_i' - A_i v   -----___
 
 Whose doing it was tells the two apart. Where a slip begins, the wheel has changed its speed by it;
 here the base has, by -s_i, as its velocity less the corrections by the wheels shows. Besides,
@@ -27,6 +27,8 @@ from mecanum_base.core.estimation.hindsight import (
     youngest,
 )
 from mecanum_base.core.estimation.layout import (
+    BAX,
+    BAY,
     CHANGE,
     EVEN_AX,
     EVEN_AY,
@@ -36,6 +38,7 @@ from mecanum_base.core.estimation.layout import (
     LOOSE_FOR,
     OVER_FOR,
     PROBABILITY,
+    ROLLS,
     SLIP,
     SLOPE,
     SLOPE_FILL,
@@ -51,6 +54,7 @@ TURNING = 0.05  # m/s, the fastest wheel
 STEADY = 0.0125  # m/s of change within 0.1 s: that of wheels that grip
 AGAINST = -0.2  # m/s^2 along the slip: no friction does that
 ENOUGH = 0.08  # s
+DRAGGED = 0.05  # m/s^2
 BEFORE = 100_000_000  # ns before the slip, from where on the speed of the base counts
 LEAST_SHARE, MOST_SHARE = 0.4, 2.0  # of the slip, that the base may have made of it
 
@@ -118,6 +122,15 @@ def watch_regrip(model: Model, memory: Memory, T: float) -> None:
         return
     if (change < STEADY or pushed_against(memory)) and made_by_base(memory):
         m[OVER_FOR] += T
+
+
+@part
+def believe_wheels(memory: Memory) -> None:
+    """From here on no wheel slips; the slip not seen has dragged the accelerometer's offset."""
+    memory.wheel[FORCED] = 0.0
+    memory.m[ROLLS] = 1.0
+    for i in (BAX, BAY):
+        memory.P[i, i] += DRAGGED ** 2
 
 
 @part
