@@ -25,10 +25,12 @@ from mecanum_base.core.estimation.layout import (
     PROBABILITY,
     SLIP,
     SLOPE,
+    SLOW_AX,
+    SLOW_AY,
     VX,
     K,
 )
-from mecanum_base.core.estimation.slip import watch_slope
+from mecanum_base.core.estimation.slip import unfelt, watch_slope
 from mecanum_base.core.estimation.wheel_update import judge
 
 REST = (0.9, (0.0, 0.0, 0.0))
@@ -70,6 +72,23 @@ def test_slip_that_has_just_ended_at_zero_is_told_from_slip_that_passes_or_stays
         memory.wheel[SLIP] = speed
         watch_slope(model, memory)
     assert memory.wheel[FLAT].tolist() == [flat] * 4
+
+
+@pytest.mark.parametrize(('slips', 'push', 'unexplained'), [
+    ([0, 1, 1, 0], (0.3, 0.3), 0.0),  # FR and RL too fast: their friction pushes ahead and left
+    ([0, 1, 1, 0], (-0.3, -0.3), 0.3 * 2 ** 0.5),  # nothing that slides pushes against its slip
+    ([0, -1, -1, 0], (0.3, 0.3), 0.3 * 2 ** 0.5),
+    ([0, 1, 1, 0], (0.3, -0.3), 0.0),  # across: the rollers of FR and RL turn
+    ([1, 1, 1, 1], (0.4, 0.0), 0.0),
+    ([1, 1, 1, 1], (-0.4, 0.0), 0.4),
+    ([1, 1, 1, 1], (0.4, 0.3), 0.3),  # across, but all slip speeds would have to follow
+])
+def test_acceleration_that_friction_of_the_sliding_wheels_cannot_explain(slips, push, unexplained):
+    memory = estimator()._filter.memory
+    memory.wheel[PROBABILITY] = np.abs(slips)
+    memory.wheel[SLIP] = 0.3 * np.array(slips)
+    memory.m[SLOW_AX], memory.m[SLOW_AY] = push
+    assert unfelt(memory) == pytest.approx(unexplained)
 
 
 def test_a_sudden_turn_back_of_all_wheels_is_slip_and_no_late_stamp():

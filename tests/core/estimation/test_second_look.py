@@ -21,7 +21,7 @@ from staged_drive import (
 
 from mecanum_base.core.estimation.assembly import memory_of, model_of
 from mecanum_base.core.estimation.frame import arm, step_frame
-from mecanum_base.core.estimation.hindsight import SLOTS, hidden, keep, usable, wait
+from mecanum_base.core.estimation.hindsight import SLOTS, hidden, keep, suspect, usable, wait
 from mecanum_base.core.estimation.layout import (
     BAX,
     BAY,
@@ -31,6 +31,7 @@ from mecanum_base.core.estimation.layout import (
     FIX_PX,
     FIX_PY,
     FIX_VX,
+    FIX_VY,
     FORCED,
     JUDGED,
     REEL_SLOT,
@@ -192,6 +193,29 @@ def test_on_wheels_that_stand_a_wrong_offset_is_likelier_than_a_glide(turned, fo
     hidden(model, memory, T0 + 300_000_000, slot, slips)
     # sigma is 0.02 m/s and a little: 0.1 m/s is between 4 and 6 of it
     assert slips.all() == slips.any() == found
+
+
+@pytest.mark.parametrize(('grown', 'oldest', 'youngest'), [
+    ([0.1, 0.11, 0.13], 240, 600),  # 1 and 3 cm/s more are what a wrong offset may make
+    ([0.1, 0.2, 0.22], 960, 1050),  # since 0.48 s ago it is twice as much
+])
+def test_it_goes_back_about_as_far_as_the_sums_show_slip(grown, oldest, youngest):
+    model, memory = sure_parts()
+    for i, sigma in ((VX, 0.005), (VY, 0.005), (BAX, 0.02), (BAY, 0.02)):
+        memory.P[i, i] = sigma ** 2  # the offset alone: 1 and 2 cm/s in 0.48 and 0.96 s
+    now = T0 + 1200_000_000
+    for k in range(30):  # slip that older snapshots show more of, m/s along the rollers
+        stamp = T0 + 40_000_000 * k
+        memory.m[FIX_VX] = -math.sqrt(2.0) * np.interp((now - stamp) * 1e-9, [0.28, 0.52, 1.0],
+                                                       grown)
+        memory.clock[JUDGED] = stamp
+        keep(memory, stamp)
+    memory.m[FIX_VX] = 0.0
+    memory.m[FIX_VY] = 1e-9  # something has been corrected
+    slips = np.zeros(4)
+    slot = suspect(model, memory, now, slips)
+    assert slips.all()
+    assert oldest <= (now - memory.kept_ns[slot, 0]) / 1_000_000 <= youngest
 
 
 def test_a_frame_of_a_standstill_lets_time_pass():

@@ -4,7 +4,7 @@ A slip that begins slowly enough, at less than about 0.1 m/s^2, is not seen: the
 the wheels. When they grip again they pull the base back to their own speed within tenths of a
 second; the accelerometer shows that, and the filter believes that a slip the other way has begun:
 
-    truth, A_i v   --____/--     wheels, z_i'   --------     believed, s_i = z_i' - A_i v   -----___
+    truth, A_i v   --____/--    wheels, z_i'   --------    believed, s_i = z_i' - A_i v   -----___
 
 Whose doing it was tells the two apart. Where a slip begins, the wheel has changed its speed by it;
 here the base has, by -s_i, as its velocity less the corrections by the wheels shows. Besides,
@@ -81,7 +81,7 @@ def made_by_base(memory: Memory) -> bool:
             made = -(memory.axis[i, 0] * vx + memory.axis[i, 1] * vy)
             if slid < 0.0:
                 made = -made
-    return LEAST_SHARE * size < made < MOST_SHARE * size
+    return bool(LEAST_SHARE * size < made < MOST_SHARE * size)
 
 
 @kernel

@@ -1,0 +1,259 @@
+"""The end of a slip that was not seen is no other slip, and what else is not taken for one."""
+
+import math
+
+import numpy as np
+import pytest
+from staged_drive import (
+    MS,
+    RECTANGLE,
+    T0,
+    Motion,
+    estimator,
+    frames,
+    imu,
+    merged,
+    run,
+    summed,
+)
+
+from mecanum_base.core.estimation.hindsight import SLOTS, corrections, keep, usable, youngest
+from mecanum_base.core.estimation.layout import (
+    BAX,
+    BAY,
+    CHANGE,
+    EVEN_AX,
+    EVEN_AY,
+    FIX_VX,
+    FORCED,
+    JUDGED,
+    LAST_FRAME,
+    LOCKED_FOR,
+    LOOSE_FOR,
+    OVER_FOR,
+    PROBABILITY,
+    REEL_SLOT,
+    SLIP,
+    SLOPE,
+    SLOPE_FILL,
+    STEP,
+    VX,
+    VY,
+    YAW,
+)
+from mecanum_base.core.estimation.regrip import (
+    ENOUGH,
+    believe_wheels,
+    gripped_again,
+    made_by_base,
+    watch_regrip,
+)
+
+BEGIN = 2.5  # s
+GRIP = 0.2  # s in which the wheels pull the base back
+DIAGONAL = np.array([0.5, 0.5, 0.0]) * math.sqrt(2.0)  # 1 m/s along the rollers of FR and RL
+
+
+def unloaded(rate, top):
+    """(motion, angles, end s) of a base that glides off its wheels FR and RL, then grips again.
+
+    The wheels turn for 0.5 m/s ahead all the time; the base gains ``rate`` m/s^2 along the rollers
+    of that diagonal, up to ``top`` m/s.
+    """
+    end = BEGIN + top / rate + GRIP
+    t = np.arange(round((end + 3.0) * 1000) + 1) * 1e-3
+    claim = np.interp(t, [0.9, 1.4], [0.0, 0.5])[:, None] * np.array([1.0, 0.0, 0.0])
+    body = claim + np.interp(t, [BEGIN, end - GRIP, end], [0.0, top, 0.0])[:, None] * DIAGONAL
+    return (Motion(t, body, np.gradient(body, 1e-3, axis=0), summed(body)),
+            summed(claim @ RECTANGLE.T), end)
+
+
+@pytest.mark.parametrize('top', [0.1, 0.15, 0.2])
+def test_wheels_that_grip_after_a_slip_not_seen_are_believed_within_half_a_second(top):
+    motion, angles, end = unloaded(0.05, top)
+    found = run(estimator(), merged(imu(motion), frames(motion, angles)))
+    place = [(e.stamp_ns - T0) // MS for e in found]
+    error = np.array([e.pose[:2] for e in found]) - motion.pose[place, :2]
+    seconds = np.array(place) * 1e-3
+    before = np.searchsorted(seconds, end - GRIP)
+    # the slip not seen costs what it costs; believed to be another one of `top` m/s it would cost
+    # 3 s of that more
+    assert np.hypot(*(error[-1] - error[before])) < 0.1 * 3.0 * top + 0.03
+    assert max(e.slip.body_probability for e in found
+               if e.stamp_ns > T0 + round(1e9 * (end + 0.5))) < 0.1
+    step = np.hypot(*np.diff([e.pose[:2] for e in found], axis=0).T)
+    assert step.max() < (0.5 + top) * 0.01 + 0.005  # the pose takes no step
+
+
+def test_wheels_that_have_changed_their_speed_are_believed_to_slip_for_as_long_as_they_do():
+    # the same slip, constant for 3 s, but of the wheels: they speed up within 0.2 s
+    t = np.arange(6501) * 1e-3
+    body = np.interp(t, [0.9, 1.4], [0.0, 0.5])[:, None] * np.array([1.0, 0.0, 0.0])
+    claim = body + np.interp(t, [2.5, 2.7, 5.5, 5.7], [0.0, 0.15, 0.15, 0.0])[:, None] * DIAGONAL
+    motion = Motion(t, body, np.gradient(body, 1e-3, axis=0), summed(body))
+    found = run(estimator(), merged(imu(motion), frames(motion, summed(claim @ RECTANGLE.T))))
+    # by hand: 0.15 m/s for 3 s are 0.45 m; 0.02 m/s^2 of offset alone would make 0.09 m
+    assert np.hypot(*(found[-1].pose[:2] - motion.pose[-1, :2])) < 0.25 * 0.45
+    while_it_slips = [e.slip.body_probability for e in found
+                      if T0 + 2_900_000_000 < e.stamp_ns < T0 + 4_800_000_000]
+    assert min(while_it_slips) > 0.5
+
+
+SLID = -0.2  # m/s of FR and RL
+
+
+def believed(made=1.0):
+    """(model, memory): FR and RL are believed to slip by SLID since 0.1 s.
+
+    The base has made that slip, or the share ``made`` of it, since the snapshot 0.3 s ago.
+    """
+    body = estimator()._filter
+    model, memory = body.model, body.memory
+    memory.x[VX], memory.x[VY] = 0.5, 0.1
+    memory.clock[JUDGED] = memory.clock[LAST_FRAME] = T0
+    keep(memory, T0)
+    memory.clock[JUDGED] = memory.clock[LAST_FRAME] = T0 + 300 * MS
+    memory.x[VX] -= made * SLID * math.sqrt(0.5)
+    memory.x[VY] -= made * SLID * math.sqrt(0.5)
+    memory.wheel[STEP] = 0.3
+    memory.wheel[[SLIP, PROBABILITY]] = np.array([[0.0, SLID, SLID, 0.0], [0.0, 1.0, 1.0, 0.0]])
+    memory.wheel[CHANGE] = 0.005
+    memory.clock[SLOPE_FILL] = 2 * SLOPE
+    memory.m[LOCKED_FOR] = 0.1
+    return model, memory
+
+
+@pytest.mark.parametrize(('made', 'by_base'), [
+    (1.0, True), (0.5, True), (1.9, True),  # all of it, half, and some of the drive besides
+    (0.0, False), (0.3, False),  # the wheels have
+    (2.5, False), (-1.0, False),  # base and wheels have both changed their speed
+])
+def test_who_has_made_the_slip_follows_from_the_speed_of_the_base(made, by_base):
+    _, memory = believed(made)
+    assert made_by_base(memory) is by_base
+
+
+def test_what_the_wheels_have_corrected_is_no_speed_that_the_base_has_made():
+    _, memory = believed(0.0)
+    memory.x[VX] -= SLID * math.sqrt(0.5)
+    memory.x[VY] -= SLID * math.sqrt(0.5)
+    memory.m[FIX_VX] = memory.m[FIX_VX + 1] = -SLID * math.sqrt(0.5)
+    assert not made_by_base(memory)
+
+
+def test_just_after_another_slip_nobody_can_tell():
+    _, memory = believed()
+    n = memory.P.shape[0]
+    memory.kept[memory.reel[REEL_SLOT], n + n * n + LOOSE_FOR] = 0.1
+    assert not made_by_base(memory)
+
+
+def test_corrections_are_told_in_the_axes_of_the_base():
+    _, memory = believed(0.0)
+    memory.m[FIX_VX] = 0.3
+    memory.x[YAW] = math.pi / 2.0
+    # by hand: along odom's x, which is to the right of a base that looks along y
+    assert corrections(memory, T0 + 300 * MS, memory.reel[REEL_SLOT]) == pytest.approx((0.0, -0.3))
+
+
+def test_the_youngest_snapshot_is_the_last_that_is_old_enough():
+    memory = estimator()._filter.memory
+    random = np.random.default_rng(6)
+    now, kept = T0, []
+    for _ in range(300):
+        now += int(random.integers(1, 4)) * 10 * MS
+        before = memory.reel[REEL_SLOT]
+        keep(memory, now)
+        if memory.reel[REEL_SLOT] != before:
+            kept = [*kept[-(SLOTS - 1):], (now, int(memory.reel[REEL_SLOT]))]
+        for age in (0, 100, 500, 1000):
+            able = [slot for stamp, slot in kept if now - stamp >= age * MS]
+            assert youngest(memory, now, age * MS) == (able[-1] if able else -1)
+
+
+def count(model, memory):
+    """What :data:`OVER_FOR` [s] gains in one frame of 10 ms."""
+    before = memory.m[OVER_FOR]
+    watch_regrip(model, memory, 0.01)
+    return memory.m[OVER_FOR] - before
+
+
+def test_constant_slip_that_the_base_has_made_counts():
+    assert count(*believed()) == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize('spoil', [
+    lambda m: m.wheel[CHANGE].__setitem__(slice(1, 3), 0.02),  # it changes
+    lambda m: m.wheel[FORCED].__setitem__(1, 1.0),  # taken once more: not begun yet
+    lambda m: m.wheel[PROBABILITY].__setitem__(slice(None), 1.0),  # all slide: ice, a wall
+    lambda m: m.wheel[STEP].__setitem__(slice(None), 0.0),  # a hand pushes a base that stands
+    lambda m: m.wheel[SLIP].__setitem__(slice(1, 3), -0.03),  # too little to tell
+    lambda m: m.clock.__setitem__(SLOPE_FILL, 2 * SLOPE - 1),  # not seen for long enough
+])
+def test_what_may_well_be_slip_does_not_count(spoil):
+    model, memory = believed()
+    spoil(memory)
+    assert count(model, memory) == 0.0
+
+
+def test_slip_that_changes_a_little_counts_where_friction_would_have_to_push_the_wrong_way():
+    model, memory = believed()
+    memory.wheel[CHANGE, 1:3] = 0.02
+    # wheels slower than the base brake it: along (1, 1) its acceleration is negative
+    for along, counts in ((-0.3, 0.0), (0.1, 0.0), (0.3, 0.01)):
+        memory.m[EVEN_AX] = memory.m[EVEN_AY] = along * math.sqrt(0.5)
+        assert count(model, memory) == pytest.approx(counts)
+    memory.wheel[CHANGE, 1:3] = 0.04
+    assert count(model, memory) == 0.0
+
+
+def test_it_counts_anew_for_the_next_slip():
+    model, memory = believed()
+    memory.m[OVER_FOR] = 0.05
+    memory.m[LOCKED_FOR] = 0.0
+    watch_regrip(model, memory, 0.01)
+    assert memory.m[OVER_FOR] == 0.0
+
+
+def test_it_goes_back_to_before_the_slip_once_it_has_counted_for_long_enough():
+    _, memory = believed()
+    memory.m[OVER_FOR] = 0.5 * ENOUGH
+    memory.m[LOCKED_FOR] = 0.28
+    assert gripped_again(memory, T0 + 300 * MS) == -1
+    memory.m[OVER_FOR] = 1.01 * ENOUGH
+    assert gripped_again(memory, T0 + 300 * MS) == memory.reel[REEL_SLOT]
+    memory.m[LOCKED_FOR] = 0.35  # the slip is older than the snapshot
+    assert gripped_again(memory, T0 + 300 * MS) == -1
+
+
+def test_the_offset_of_the_accelerometer_is_doubted_when_a_slip_is_taken_back():
+    _, memory = believed()
+    before = memory.P[BAX, BAX], memory.P[BAY, BAY]
+    believe_wheels(memory)
+    assert memory.P[BAX, BAX] == pytest.approx(before[0] + 0.05 ** 2)
+    assert memory.P[BAY, BAY] == pytest.approx(before[1] + 0.05 ** 2)
+
+
+def test_sums_that_hold_the_slip_not_seen_are_no_sign_of_another():
+    motion, angles, end = unloaded(0.05, 0.15)
+    subject = estimator()
+    memory = subject._filter.memory
+    taken_back = False
+    for sample in merged(imu(motion), frames(motion, angles)):
+        subject.handle(sample)
+        now = memory.clock[LAST_FRAME]
+        if now > T0 + round(1e9 * end) and memory.P[VX, VX] > 0.2 ** 2:
+            taken_back = True  # nothing else doubts the velocity as much
+            assert usable(memory, now, 0, 2000 * MS) == -1
+            break
+    assert taken_back
+
+
+def test_the_offset_that_was_dragged_along_is_learnt_anew():
+    motion, angles, end = unloaded(0.05, 0.15)
+    subject = estimator()
+    found = run(subject, merged(imu(motion), frames(motion, angles)))
+    x = subject._filter.memory.x
+    # 3 s at 0.05 m/s^2 have drawn it there; 2.5 s of wheels that are known to 5 mm/s follow
+    assert np.abs(x[[BAX, BAY]]).max() < 0.02
+    assert found[-1].stamp_ns > T0 + round(1e9 * (end + 2.5))
