@@ -25,7 +25,7 @@ from staged_drive import (
     wheel_angles,
 )
 
-from mecanum_base.core.estimation.layout import KL, KY, K
+from mecanum_base.core.estimation.layout import KL, KY, LEAN_REST, K
 from mecanum_base.core.estimation.odometry import WheelOdometry
 from mecanum_base.core.estimation.sensors import EncoderConfig
 from mecanum_base.core.estimation.tuning import EstimatorConfig
@@ -244,3 +244,12 @@ def test_without_an_imu_the_pose_carries_the_doubt_of_the_scales(speed):
     assert 0.98 * turned < sigma[2] < 1.1 * turned
     assert (0.95 * turned * motion.path / 2 < sigma[second]
             < 1.15 * turned * motion.path / 2)
+
+
+def test_a_base_whose_motors_hold_it_on_a_slope_learns_its_biases_although_its_wheels_creep():
+    standing = staged((3.0, (0.0, 0.0, 0.0)))
+    creep = 0.015  # rad/s: 0.75 mm/s, 10 counts a second
+    angles = wheel_angles(standing, slip={1: (0.0, 3.1, creep), 2: (0.0, 3.1, -creep)})
+    subject = estimator()
+    run(subject, merged(imu(standing), frames(standing, angles)))
+    assert subject._filter.memory.m[LEAN_REST] > 0.1  # s of rest that gyro x and y have learnt

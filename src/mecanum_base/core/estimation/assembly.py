@@ -61,6 +61,7 @@ from mecanum_base.core.platform.carriers import Carriers
 
 FINEST = 5e-5  # m, no encoder on wheels with rollers is better than this
 START_JITTER = 3e-4  # s
+REST_CREEP = 2e-4  # m within 0.25 s: a base that is held by its motors on a slope may creep
 TILT = 0.2  # m/s^2 of gravity that a floor or mount not quite level lets x and y feel
 
 
@@ -96,7 +97,7 @@ def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: Estimat
         loose_sigma=10.0, regrip_factor=0.03, flat_speed=0.03,
         extra_creep=500.0, extra_time=0.15,
         drift_apart=0.02, patience=5.0,
-        rest_window=0.25, rest_travel=cells(1.5 * np.maximum(count, FINEST)),
+        rest_window=0.25, rest_travel=cells(np.maximum(1.5 * np.maximum(count, FINEST), REST_CREEP)),
         rest_gyro=0.02, rest_accel=0.25,
         ratio_window=0.5, ratio_travel=0.05,
         unit=np.eye(K + 3 * base.count),
