@@ -61,7 +61,7 @@ from mecanum_base.core.platform.carriers import Carriers
 
 FINEST = 5e-5  # m, no encoder on wheels with rollers is better than this
 START_JITTER = 3e-4  # s
-REST_CREEP = 2e-4  # m within 0.25 s: a base that is held by its motors on a slope may creep
+REST_CREEP = 1.5e-4  # m within 0.25 s: a base that is held by its motors on a slope may creep
 TILT = 0.2  # m/s^2 of gravity that a floor or mount not quite level lets x and y feel
 
 
