@@ -32,7 +32,6 @@ from mecanum_base.core.estimation.layout import (
     QUIET,
     REACH,
     REST,
-    ROLLS,
     SLIP,
     SLOW_AX,
     SLOW_AY,
@@ -43,8 +42,6 @@ from mecanum_base.core.estimation.layout import (
     SUM_Y,
     SUM_YAW,
     TRAVEL,
-    VX,
-    VY,
     WZ,
     YAW,
     K,
@@ -62,7 +59,6 @@ from mecanum_base.core.estimation.wheel_update import SURE, judge
 from mecanum_base.core.parameter import FloatArray
 
 EVEN = 0.2  # share of the period that a stamp may be off and still be jitter
-UNKNOWN_SPEED = 0.3  # m/s, of the base where its wheels are to be believed
 LONGEST = 0.04  # s, longest motion that one covariance step may cover
 
 
@@ -202,9 +198,6 @@ def step_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
         return False
     before = slipping_set(memory, model.wheels)
     px, py, yaw, vx, vy, bx, by = corrected(memory)
-    if m[ROLLS] > 0.0:
-        memory.P[VX, VX] += UNKNOWN_SPEED ** 2
-        memory.P[VY, VY] += UNKNOWN_SPEED ** 2
     expect(memory)
     judge(model, memory, z, valid, span)
     account(memory, span, px, py, yaw, vx, vy, bx, by)

@@ -58,6 +58,7 @@ from mecanum_base.core.estimation.layout import (
     SHAKE,
     SLOW_AX,
     SLOW_AY,
+    TRAVEL,
     VX,
     VY,
     WANDER,
@@ -68,11 +69,11 @@ from mecanum_base.core.estimation.layout import (
 from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.parameter import FloatArray
 
-SLOTS = 29  # snapshots kept
+SLOTS = 65  # snapshots kept
 EVERY = 40_000_000  # ns between snapshots
 OLDEST = 150_000_000  # ns, age of a snapshot that serves when a slip is seen
 YOUNGEST = 25_000_000  # ns
-TAPE = 1024  # readings
+TAPE = 4096  # readings
 RERUNS = 4  # second looks that one snapshot may serve
 SHORT = 240_000_000  # ns, least ages of the snapshots that show hidden slip
 LONG = 960_000_000
@@ -170,6 +171,14 @@ def youngest(memory: Memory, now: int, age: int) -> int:
         if now - memory.kept_ns[slot, 0] >= age and memory.kept_ns[slot, 1] >= first:
             return int(slot)
     return -1
+
+
+@part
+def kept_travel(memory: Memory, slot: int, i: int) -> float:
+    """Travel [m] of wheel i when snapshot ``slot`` was taken."""
+    n, wheels = memory.P.shape[0], memory.axis.shape[0]
+    rows = n + n * n + M_SIZE + 3 * wheels + memory.hinge.shape[0] + memory.mode.shape[0]
+    return float(memory.kept[slot, rows + TRAVEL * wheels + i])
 
 
 @part

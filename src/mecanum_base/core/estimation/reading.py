@@ -36,16 +36,17 @@ from mecanum_base.core.estimation.layout import (
     PX,
     PY,
     REEL_COUNT,
-    ROLLS,
     STILL,
     YAW,
     Memory,
 )
 from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.estimation.output import remember
-from mecanum_base.core.estimation.regrip import believe_wheels, gripped_again
+from mecanum_base.core.estimation.regrip import ENOUGH, believe_wheels, gripped_again
 from mecanum_base.core.estimation.trail import mark
 from mecanum_base.core.parameter import FloatArray
+
+NEVER = 2 ** 63 - 1  # ns
 
 
 @part
@@ -86,28 +87,29 @@ def take_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
         slot = suspect(model, memory, now, slips)
     over = gripped_again(memory, now)
     if over >= 0:
-        again(model, memory, over, np.zeros(w), True)
+        again(model, memory, over, np.zeros(w), now - round(ENOUGH * 1e9))
         forget(memory)  # its sums hold the slip that was not seen
     elif slot >= 0:
-        again(model, memory, slot, slips, False)
+        again(model, memory, slot, slips, NEVER)
 
 
 @kernel
-def again(model: Model, memory: Memory, slot: int, slips: FloatArray, rolls: bool) -> None:
+def again(model: Model, memory: Memory, slot: int, slips: FloatArray, grip: int) -> None:
     """Go back to snapshot ``slot``; the wheels (W,) marked 1 or slipping now slip from there.
 
-    ``rolls``: none of them does, their travel is believed whatever the IMU says.
+    From the stamp ``grip`` [ns] on they grip.
     """
     w, tape = model.wheels, memory.tape
     m, x = memory.m, memory.x
     shown_x, shown_y = float(x[PX] + m[GAP_X]), float(x[PY] + m[GAP_Y])
     shown_yaw = float(x[YAW] + m[GAP_YAW])
     first = rewind(memory, slot, slips)
-    if rolls:
-        believe_wheels(memory)
     for count in range(first, memory.reel[REEL_COUNT]):
         at = count % TAPE
         stamp = memory.tape_ns[at, 0]
+        if stamp >= grip:
+            believe_wheels(memory)
+            grip = NEVER
         if memory.tape_ns[at, 1] == FRAME:
             z, valid = np.empty(w), np.empty(w)
             for i in range(w):
@@ -119,7 +121,6 @@ def again(model: Model, memory: Memory, slot: int, slips: FloatArray, rolls: boo
             step_imu(model, memory, stamp, tape[at, 0], tape[at, 1], tape[at, 2], tape[at, 3],
                      tape[at, 4])
     memory.wheel[FORCED] = 0.0
-    m[ROLLS] = 0.0
     allow_calm(model, memory)
     m[GAP_X], m[GAP_Y] = shown_x - x[PX], shown_y - x[PY]
     m[GAP_YAW] = shown_yaw - x[YAW]

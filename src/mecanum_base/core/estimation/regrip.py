@@ -6,29 +6,36 @@ second; the accelerometer shows that, and the filter believes that a slip the ot
 
     truth, A_i v   --____/--    wheels, z_i'   --------    believed, s_i = z_i' - A_i v   -----___
 
-Whose doing it was tells the two apart. Where a slip begins, the wheel has changed its speed by it;
-here the base has, by -s_i, as its velocity less the corrections by the wheels shows. Besides,
-wheels that grip keep the slip that is wrongly believed in constant to a few mm/s, while friction
-changes that of wheels that slide; and where it does change, because the offset of the
-accelerometer was dragged along too, friction seems to push the base the wrong way, against the
-slip. A slip for which this has held long enough is taken back: the readings since before it are
-taken again, with the wheels believed. Only while other wheels grip: where all slide, it may be
+Two things tell them apart. Wheels that grip keep the slip that is wrongly believed in constant to
+a few mm/s, and do so within a second; slip that is real grows for longer, unless its wheels have
+jumped to another speed. And where a slip begins, the wheel has changed its speed by it; here the
+base has, by -s_i, as its velocity less the corrections by the wheels shows. Where the offset of
+the accelerometer was dragged along, the slip does change, but friction then seems to push the
+base the wrong way, against the slip. Only while other wheels grip: where all slide, it may be
 ice, or a wall (:mod:`.obstacle`); and only where a wheel turns: a hand may push a base that
-stands. What lasts longer than the snapshots reach is left to :func:`.slip.frictionless`.
+stands.
+
+What has been found out then is more than that the wheels grip: they have slipped, for a second or
+two, until they did. The readings since :data:`BACK` are taken again with those wheels free until
+they gripped. The IMU keeps the velocity meanwhile, the grip at the end shows what has become of
+its error, and the covariance carries that to the position: the distance lost unseen comes back.
+What lasts longer than the snapshots reach is left to :func:`.slip.frictionless`.
 """
 
 from __future__ import annotations
 
+import numpy as np
+
 from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.estimation.hindsight import (
-    EVERY,
+    SLOTS,
+    TAPE,
     corrections,
+    kept_travel,
     usable,
     youngest,
 )
 from mecanum_base.core.estimation.layout import (
-    BAX,
-    BAY,
     CHANGE,
     EVEN_AX,
     EVEN_AY,
@@ -38,7 +45,8 @@ from mecanum_base.core.estimation.layout import (
     LOOSE_FOR,
     OVER_FOR,
     PROBABILITY,
-    ROLLS,
+    REEL_COUNT,
+    REEL_SLOT,
     SLIP,
     SLOPE,
     SLOPE_FILL,
@@ -49,12 +57,18 @@ from mecanum_base.core.estimation.layout import (
 )
 from mecanum_base.core.estimation.model import Model
 
-LEAST = 0.05  # m/s of slip
+LEAST, MOST = 0.05, 0.5  # m/s of slip
 TURNING = 0.05  # m/s, the fastest wheel
 STEADY = 0.0125  # m/s of change within 0.1 s: that of wheels that grip
+STEADY_SHARE = 0.02  # of the slip, that it may change besides: its offset was dragged along
+EARLY = 1.2  # s, slip that is constant so soon
+JUMP = 0.5  # share of the slip, by which the wheel itself may not have jumped
+SPAN = 2  # snapshots, over which the speed of a wheel is measured
+AT_ONCE = 5  # snapshots, in which a wheel jumps
+FEWEST = 10  # snapshots
 AGAINST = -0.2  # m/s^2 along the slip: no friction does that
-ENOUGH = 0.2  # s
-DRAGGED = 0.05  # m/s^2
+ENOUGH = 0.2  # s, in which the wheels have gripped
+BACK = 2_500_000_000  # ns
 BEFORE = 100_000_000  # ns before the slip, from where on the speed of the base counts
 LEAST_SHARE, MOST_SHARE = 0.4, 2.0  # of the slip, that the base may have made of it
 
@@ -82,6 +96,44 @@ def made_by_base(memory: Memory) -> bool:
             if slid < 0.0:
                 made = -made
     return bool(LEAST_SHARE * size < made < MOST_SHARE * size)
+
+
+@kernel
+def jumped(memory: Memory) -> bool:
+    """Has the wheel that slips most changed its speed at once, other than steadily, by the slip?
+
+    Also where there are too few snapshots to tell.
+    """
+    reel, kept_ns = memory.reel, memory.kept_ns
+    now = memory.clock[LAST_FRAME]
+    begin = now - int(memory.m[LOCKED_FOR] * 1e9) - BEFORE
+    worst, size = 0, 0.0
+    for i in range(memory.axis.shape[0]):
+        if memory.each[PROBABILITY, i] > 0.5 and abs(memory.each[SLIP, i]) > abs(size):
+            worst, size = i, memory.each[SLIP, i]
+    t, travel = np.zeros(SLOTS), np.zeros(SLOTS)
+    count = 0
+    for back in range(SLOTS):
+        slot = (reel[REEL_SLOT] - back) % SLOTS
+        if kept_ns[slot, 1] < reel[REEL_COUNT] - TAPE:
+            break
+        t[count] = (kept_ns[slot, 0] - now) * 1e-9
+        travel[count] = kept_travel(memory, slot, worst)
+        count += 1
+        if kept_ns[slot, 0] <= begin:
+            break
+    if count < FEWEST:
+        return True
+    count -= SPAN
+    speed = (travel[:count] - travel[SPAN:count + SPAN]) / (t[:count] - t[SPAN:count + SPAN])
+    if size < 0.0:
+        speed = -speed
+    steadily = (speed[0] - speed[count - 1]) / (t[0] - t[count - 1])
+    most = 0.0
+    for k in range(count - AT_ONCE):
+        last = k + AT_ONCE
+        most = max(most, speed[k] - speed[last] - steadily * (t[k] - t[last]))
+    return bool(most > JUMP * abs(size))
 
 
 @kernel
@@ -118,25 +170,28 @@ def watch_regrip(model: Model, memory: Memory, T: float) -> None:
             change = max(change, each[CHANGE, i])
         else:
             grips = True
-    if not grips or size < LEAST or fastest < TURNING or change >= model.flat_speed:
+    if (not grips or size < LEAST or size > MOST or fastest < TURNING
+            or change >= model.flat_speed):
         return
-    if (change < STEADY or pushed_against(memory)) and made_by_base(memory):
+    soon = m[LOCKED_FOR] < EARLY and change < STEADY + STEADY_SHARE * size
+    if ((soon and not jumped(memory))
+            or ((change < STEADY or pushed_against(memory)) and made_by_base(memory))):
         m[OVER_FOR] += T
 
 
 @part
 def believe_wheels(memory: Memory) -> None:
-    """From here on no wheel slips; the slip not seen has dragged the accelerometer's offset."""
+    """From here on all wheels grip."""
     memory.wheel[FORCED] = 0.0
-    memory.m[ROLLS] = 1.0
-    for i in (BAX, BAY):
-        memory.P[i, i] += DRAGGED ** 2
+    memory.wheel[SLIP] = 0.0
+    memory.wheel[PROBABILITY] = 0.0
+    memory.mode[:] = 0.0
+    memory.mode[0] = 1.0
 
 
 @part
 def gripped_again(memory: Memory, now: int) -> int:
-    """Snapshot from before the slip that there has not been, or -1."""
+    """Snapshot from before the slip not seen, where it has turned out that it is over, or -1."""
     if memory.m[OVER_FOR] < ENOUGH:
         return -1
-    lasted = int(memory.m[LOCKED_FOR] * 1e9)
-    return usable(memory, now, lasted, lasted + 2 * EVERY)
+    return usable(memory, now, int(memory.m[LOCKED_FOR] * 1e9), BACK)
