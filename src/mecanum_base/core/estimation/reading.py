@@ -42,7 +42,7 @@ from mecanum_base.core.estimation.layout import (
 )
 from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.estimation.output import remember
-from mecanum_base.core.estimation.regrip import ENOUGH, believe_wheels, gripped_again
+from mecanum_base.core.estimation.regrip import ENOUGH, believe_wheels, gripped_again, made_by_base
 from mecanum_base.core.estimation.trail import mark
 from mecanum_base.core.parameter import FloatArray
 
@@ -87,17 +87,19 @@ def take_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
         slot = suspect(model, memory, now, slips)
     over = gripped_again(memory, now)
     if over >= 0:
-        again(model, memory, over, np.zeros(w), now - round(ENOUGH * 1e9))
+        again(model, memory, over, np.zeros(w), now - round(ENOUGH * 1e9),
+              made_by_base(memory))
         forget(memory)  # its sums hold the slip that was not seen
     elif slot >= 0:
-        again(model, memory, slot, slips, NEVER)
+        again(model, memory, slot, slips, NEVER, False)
 
 
 @kernel
-def again(model: Model, memory: Memory, slot: int, slips: FloatArray, grip: int) -> None:
+def again(model: Model, memory: Memory, slot: int, slips: FloatArray, grip: int,
+          surely: bool) -> None:
     """Go back to snapshot ``slot``; the wheels (W,) marked 1 or slipping now slip from there.
 
-    From the stamp ``grip`` [ns] on they grip.
+    From the stamp ``grip`` [ns] on they grip, ``surely`` where more than steady slip says so.
     """
     w, tape = model.wheels, memory.tape
     m, x = memory.m, memory.x
@@ -108,7 +110,7 @@ def again(model: Model, memory: Memory, slot: int, slips: FloatArray, grip: int)
         at = count % TAPE
         stamp = memory.tape_ns[at, 0]
         if stamp >= grip:
-            believe_wheels(memory)
+            believe_wheels(memory, surely)
             grip = NEVER
         if memory.tape_ns[at, 1] == FRAME:
             z, valid = np.empty(w), np.empty(w)

@@ -36,6 +36,8 @@ from mecanum_base.core.estimation.hindsight import (
     youngest,
 )
 from mecanum_base.core.estimation.layout import (
+    BAX,
+    BAY,
     CHANGE,
     EVEN_AX,
     EVEN_AY,
@@ -47,6 +49,7 @@ from mecanum_base.core.estimation.layout import (
     PROBABILITY,
     REEL_COUNT,
     REEL_SLOT,
+    SIGMA,
     SLIP,
     SLOPE,
     SLOPE_FILL,
@@ -69,6 +72,8 @@ FEWEST = 10  # snapshots
 AGAINST = -0.2  # m/s^2 along the slip: no friction does that
 ENOUGH = 0.2  # s, in which the wheels have gripped
 BACK = 2_500_000_000  # ns
+SIGMAS = 3.0
+OVER = 2.5  # s, in which an offset makes a slip
 BEFORE = 100_000_000  # ns before the slip, from where on the speed of the base counts
 LEAST_SHARE, MOST_SHARE = 0.4, 2.0  # of the slip, that the base may have made of it
 
@@ -180,8 +185,21 @@ def watch_regrip(model: Model, memory: Memory, T: float) -> None:
 
 
 @part
-def believe_wheels(memory: Memory) -> None:
-    """From here on all wheels grip."""
+def believe_wheels(memory: Memory, surely: bool) -> None:
+    """From here on all wheels grip.
+
+    Where it is known from elsewhere that they do (``surely``) while the IMU says with more than 3
+    sigma that they do not, the slip is older than the snapshot: velocity and offset of the
+    accelerometer were wrong by it from the start.
+    """
+    off = 0.0
+    for i in range(memory.axis.shape[0]):
+        slid = abs(memory.each[SLIP, i])
+        if memory.each[FORCED, i] > 0.0 and slid > SIGMAS * memory.each[SIGMA, i]:
+            off = max(off, slid)
+    if surely and off > 0.0:
+        for i, size in ((VX, off), (VY, off), (BAX, off / OVER), (BAY, off / OVER)):
+            memory.P[i, i] += size * size
     memory.wheel[FORCED] = 0.0
     memory.wheel[SLIP] = 0.0
     memory.wheel[PROBABILITY] = 0.0
