@@ -42,7 +42,12 @@ from mecanum_base.core.estimation.layout import (
 )
 from mecanum_base.core.estimation.model import Model
 from mecanum_base.core.estimation.output import remember
-from mecanum_base.core.estimation.regrip import ENOUGH, believe_wheels, gripped_again, made_by_base
+from mecanum_base.core.estimation.regrip import (
+    ENOUGH,
+    believe_wheels,
+    gripped_again,
+    known_to_grip,
+)
 from mecanum_base.core.estimation.trail import mark
 from mecanum_base.core.parameter import FloatArray
 
@@ -88,7 +93,7 @@ def take_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
     over = gripped_again(memory, now)
     if over >= 0:
         again(model, memory, over, np.zeros(w), now - round(ENOUGH * 1e9),
-              made_by_base(memory))
+              known_to_grip(memory))
         forget(memory)  # its sums hold the slip that was not seen
     elif slot >= 0:
         again(model, memory, slot, slips, NEVER, False)

@@ -185,6 +185,12 @@ def watch_regrip(model: Model, memory: Memory, T: float) -> None:
 
 
 @part
+def known_to_grip(memory: Memory) -> bool:
+    """Has the base made the slip within so short a time that only its wheels can have done it?"""
+    return bool(memory.m[LOCKED_FOR] < EARLY and made_by_base(memory))
+
+
+@part
 def believe_wheels(memory: Memory, surely: bool) -> None:
     """From here on all wheels grip.
 
