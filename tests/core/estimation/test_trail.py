@@ -7,7 +7,7 @@ from staged_drive import RECTANGLE, estimator, frames, imu, merged, staged, summ
 from mecanum_base.core.estimation import trail
 from mecanum_base.core.estimation.layout import REEL_ROWS
 
-AHEAD = staged((0.7, (0.0, 0.0, 0.0)), (2.0, (0.5, 0.0, 0.0)))
+AHEAD = staged((0.7, (0.0, 0.0, 0.0)), (4.0, (0.5, 0.0, 0.0)))
 
 
 @pytest.fixture(scope='module')

@@ -79,6 +79,7 @@ SHORT = 240_000_000  # ns, least ages of the snapshots that show hidden slip
 LONG = 960_000_000
 REACH = 5  # halves of the age that shows hidden slip best: so far back at most
 FARTHEST = 1_050_000_000
+BACK = 2_500_000_000  # ns, farther back no second look goes at all
 WORTH = 3.0  # standard deviations that an older snapshot must show more
 GAP_TIME = 0.15  # s in which the published pose runs into a corrected one
 HIDDEN_SPEED = 0.06  # m/s

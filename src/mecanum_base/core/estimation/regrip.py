@@ -28,6 +28,7 @@ import numpy as np
 
 from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.estimation.hindsight import (
+    BACK,
     SLOTS,
     TAPE,
     corrections,
@@ -71,9 +72,8 @@ AT_ONCE = 5  # snapshots, in which a wheel jumps
 FEWEST = 10  # snapshots
 AGAINST = -0.2  # m/s^2 along the slip: no friction does that
 ENOUGH = 0.2  # s, in which the wheels have gripped
-BACK = 2_500_000_000  # ns
 SIGMAS = 3.0
-OVER = 2.5  # s, in which an offset makes a slip
+OVER = BACK * 1e-9  # s, in which a wrong offset makes a slip
 BEFORE = 100_000_000  # ns before the slip, from where on the speed of the base counts
 LEAST_SHARE, MOST_SHARE = 0.4, 2.0  # of the slip, that the base may have made of it
 

@@ -1,6 +1,6 @@
 """What the filter makes of every frame, a row each, kept until no second look can change it.
 
-A second look (:mod:`.hindsight`) takes the readings of up to a second once more; the rows of the
+A second look (:mod:`.hindsight`) takes the readings of up to 2.5 s once more; the rows of the
 frames it takes again are written anew. A row is final once no snapshot from before it can serve
 any more. Nothing in the filter reads the trail: with room for no row (the live node) it costs
 next to nothing, and the odometry is the same either way.
@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from mecanum_base.core.estimation.acceleration import part
-from mecanum_base.core.estimation.hindsight import LONG, TAPE
+from mecanum_base.core.estimation.hindsight import BACK, TAPE
 from mecanum_base.core.estimation.layout import (
     BAY,
     HAVE_ACCEL,
@@ -90,7 +90,7 @@ def settled(memory: Memory) -> int:
         return 0
     kept = np.asarray(memory.kept_ns)
     able = ((kept[:, 1] >= memory.reel[REEL_COUNT] - TAPE)
-            & (kept[:, 0] >= memory.trail_ns[count - 1] - 2 * LONG))
+            & (kept[:, 0] >= memory.trail_ns[count - 1] - BACK))
     return min(count, int(kept[able, 3].min())) if able.any() else count
 
 
