@@ -84,7 +84,7 @@ def unloaded(rate, top, gain=0.0):
 
 @pytest.mark.parametrize(('rate', 'top', 'gain', 'left'), [
     (0.05, 0.1, 0.0, 0.3),  # begun 2.2 s before it ends, all of it is taken again
-    (0.05, 0.1, 0.08, 0.3), (0.1, 0.2, -0.08, 0.9),  # the wheels do not just keep their speed
+    (0.05, 0.1, 0.08, 0.3), (0.05, 0.1, -0.08, 0.3),  # the wheels do not just keep their speed
     (0.05, 0.15, 0.0, 0.7), (0.05, 0.2, 0.0, 1.3),  # begun 3.2 and 4.2 s before, too early
 ])
 def test_of_a_slip_not_seen_until_its_end_the_distance_of_the_last_seconds_comes_back(
@@ -355,7 +355,7 @@ def test_sums_that_hold_the_slip_not_seen_are_no_sign_of_another():
         now = memory.clock[LAST_FRAME]
         if slips and memory.m[LOCKED_FOR] == 0.0:
             taken_back = True
-            assert usable(memory, now, 0, 2000 * MS) == -1
+            assert usable(memory, now, 0, 2600 * MS) == -1
             break
         slips = now > T0 + round(1e9 * end) and memory.m[LOCKED_FOR] > 0.0
     assert taken_back
