@@ -30,6 +30,9 @@ RAMP = 0.5  # s
 MS = 1_000_000
 LEVER = LX + LY
 RECTANGLE = np.array([[1, -1, -LEVER], [1, 1, LEVER], [1, 1, -LEVER], [1, -1, LEVER]]) / RADIUS
+DIAGONAL = np.array([0.5, 0.5, 0.0]) * math.sqrt(2.0)  # 1 m/s along the rollers of FR and RL
+UNLOADED_AT = 2.5  # s
+GRIP = 0.2  # s in which wheels that grip again pull the base back
 
 
 def rectangle(count=4, **more):
@@ -99,6 +102,23 @@ def wheel_angles(motion, rows=RECTANGLE, slip=None):
     for wheel, (begin, end, added) in (slip or {}).items():
         rates[(motion.t >= begin) & (motion.t < end), wheel] += added
     return summed(rates)
+
+
+def unloaded(rate, top, gain=0.0):
+    """(motion, angles, end s, lost m) of a base that glides off its wheels FR and RL, then grips.
+
+    The wheels turn for 0.5 m/s ahead, and for ``gain`` m/s^2 more all the time; the base gains
+    ``rate`` m/s^2 along the rollers of that diagonal, up to ``top`` m/s, so that it gets ``lost``
+    m to where the wheels do not.
+    """
+    end = UNLOADED_AT + top / rate + GRIP
+    t = np.arange(round((end + 3.0) * 1000) + 1) * 1e-3
+    speed = np.interp(t, [0.9, 1.4], [0.0, 0.5]) + gain * np.maximum(t - UNLOADED_AT, 0.0)
+    claim = speed[:, None] * np.array([1.0, 0.0, 0.0])
+    glide = np.interp(t, [UNLOADED_AT, end - GRIP, end], [0.0, top, 0.0])
+    body = claim + glide[:, None] * DIAGONAL
+    return (Motion(t, body, np.gradient(body, 1e-3, axis=0), summed(body)),
+            summed(claim @ RECTANGLE.T), end, 0.5 * top * (top / rate + GRIP))
 
 
 def frames(motion, angles, *, every=10, quantised=True, first=0):

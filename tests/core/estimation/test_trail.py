@@ -1,10 +1,8 @@
 """Rows of the trail: final when handed out, rewritten before, room only where it is asked for."""
 
-import math
-
 import numpy as np
 import pytest
-from staged_drive import RECTANGLE, Motion, estimator, frames, imu, merged, staged, summed
+from staged_drive import RECTANGLE, estimator, frames, imu, merged, staged, summed, unloaded
 
 from mecanum_base.core.estimation import trail
 from mecanum_base.core.estimation.layout import REEL_ROWS
@@ -22,11 +20,8 @@ def samples():
 
 def test_rows_handed_out_are_those_that_stand_at_the_end_though_later_ones_are_rewritten():
     # a diagonal glides for 2 s, unseen until it grips: then 2.5 s of frames are taken again
-    drive = staged((0.7, (0.0, 0.0, 0.0)), (7.0, (0.5, 0.0, 0.0)))
-    glide = np.interp(drive.t, [2.5, 4.5, 4.7], [0.0, 0.1, 0.0])
-    body = drive.twist + math.sqrt(0.5) * glide[:, None] * np.array([1.0, 1.0, 0.0])
-    moved = Motion(drive.t, body, np.gradient(body, 1e-3, axis=0), summed(body))
-    samples = merged(imu(moved), frames(moved, summed(drive.twist @ RECTANGLE.T)))
+    glide, turned, _, _ = unloaded(0.05, 0.1)
+    samples = merged(imu(glide), frames(glide, turned))
     subject = estimator(smoothed=True)
     filtered, out, rewritten = subject._filter, [], 0
     seen = {}

@@ -79,12 +79,24 @@ LEAST_SHARE, MOST_SHARE = 0.4, 2.0  # of the slip, that the base may have made o
 
 
 @kernel
+def most_slipping(memory: Memory) -> int:
+    """The wheel that slips most of those believed to slip, or -1."""
+    found, most = -1, 0.0
+    for i in range(memory.axis.shape[0]):
+        slid = abs(memory.each[SLIP, i])
+        if memory.each[PROBABILITY, i] > 0.5 and slid > most:
+            found, most = i, slid
+    return found
+
+
+@kernel
 def made_by_base(memory: Memory) -> bool:
     """Has the base, not the wheel that slips most, changed its speed by about that slip?"""
     x = memory.s
     now = memory.clock[LAST_FRAME]
     slot = youngest(memory, now, int(memory.m[LOCKED_FOR] * 1e9) + BEFORE)
-    if slot < 0:
+    worst = most_slipping(memory)
+    if slot < 0 or worst < 0:
         return False
     n = memory.P.shape[0]
     old = memory.kept[slot]
@@ -92,14 +104,10 @@ def made_by_base(memory: Memory) -> bool:
         return False  # just after a slip the velocity is not known
     dx, dy = corrections(memory, now, slot)
     vx, vy = x[VX] - float(old[VX]) - dx, x[VY] - float(old[VY]) - dy
-    size = made = 0.0
-    for i in range(memory.axis.shape[0]):
-        slid = memory.each[SLIP, i]
-        if memory.each[PROBABILITY, i] > 0.5 and abs(slid) > size:
-            size = abs(slid)
-            made = -(memory.axis[i, 0] * vx + memory.axis[i, 1] * vy)
-            if slid < 0.0:
-                made = -made
+    size = memory.each[SLIP, worst]
+    made = -(memory.axis[worst, 0] * vx + memory.axis[worst, 1] * vy)
+    if size < 0.0:
+        size, made = -size, -made
     return bool(LEAST_SHARE * size < made < MOST_SHARE * size)
 
 
@@ -107,15 +115,14 @@ def made_by_base(memory: Memory) -> bool:
 def jumped(memory: Memory) -> bool:
     """Has the wheel that slips most changed its speed at once, other than steadily, by the slip?
 
-    Also where there are too few snapshots to tell.
+    True also where no wheel slips, or too few snapshots are left to tell.
     """
     reel, kept_ns = memory.reel, memory.kept_ns
     now = memory.clock[LAST_FRAME]
     begin = now - int(memory.m[LOCKED_FOR] * 1e9) - BEFORE
-    worst, size = 0, 0.0
-    for i in range(memory.axis.shape[0]):
-        if memory.each[PROBABILITY, i] > 0.5 and abs(memory.each[SLIP, i]) > abs(size):
-            worst, size = i, memory.each[SLIP, i]
+    worst = most_slipping(memory)
+    if worst < 0:
+        return True
     t, travel = np.zeros(SLOTS), np.zeros(SLOTS)
     count = 0
     for back in range(SLOTS):
@@ -131,14 +138,15 @@ def jumped(memory: Memory) -> bool:
         return True
     count -= SPAN
     speed = (travel[:count] - travel[SPAN:count + SPAN]) / (t[:count] - t[SPAN:count + SPAN])
+    size = memory.each[SLIP, worst]
     if size < 0.0:
-        speed = -speed
+        size, speed = -size, -speed
     steadily = (speed[0] - speed[count - 1]) / (t[0] - t[count - 1])
     most = 0.0
     for k in range(count - AT_ONCE):
         last = k + AT_ONCE
         most = max(most, speed[k] - speed[last] - steadily * (t[k] - t[last]))
-    return bool(most > JUMP * abs(size))
+    return bool(most > JUMP * size)
 
 
 @kernel
