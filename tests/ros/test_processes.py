@@ -155,11 +155,13 @@ def test_each_node_may_be_killed_and_come_back(robot, outside, tmp_path):
     outside.until(lambda: robot.x() > at + 0.05, 'odometry to go on')
     # odometry: goal_node stops without it; it starts anew at the origin, as at its first start
     robot.kill('odometry')
-    count, before = len(robot.odom), robot.x()
     wait_for_stop(robot, outside, 'goal_node to stop the base')
+    # what was on its way when it died is here by now: the next pose is of the new process
+    outside.until(lambda: time.monotonic() - robot.odom[-1][0] > 0.5, 'odometry to fall silent')
+    count, before = len(robot.odom), robot.x()
     robot.processes['odometry'] = robot.start('odometry')
     outside.until(lambda: len(robot.odom) > count + 20, 'odometry again')
-    begin = robot.odom[count + 1][1]
+    begin = robot.odom[count][1]
     assert abs(begin.pose.pose.position.x) < 0.05 < before
     # the start-up covariance and the noise of a few samples
     assert begin.pose.covariance[0] < 10.0 * first.pose.covariance[0]
