@@ -27,6 +27,7 @@ from mecanum_base.core.estimation.layout import (
     BSX,
     BSY,
     CLOCK_SIZE,
+    CREEPS,
     FLAT,
     JITTER,
     KAX,
@@ -62,7 +63,7 @@ from mecanum_base.core.platform.carriers import Carriers
 FINEST = 5e-5  # m, no encoder on wheels with rollers is better than this
 START_JITTER = 3e-4  # s
 REST_CREEP = 1.5e-4  # m within 0.25 s: a base that is held by its motors on a slope may creep
-TILT = 0.2  # m/s^2 of gravity that a floor or mount not quite level lets x and y feel
+TILT = 0.08  # m/s^2 of gravity that a floor not quite level lets x and y feel
 
 
 def hypotheses_of(base: Base) -> Hypotheses:
@@ -87,6 +88,8 @@ def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: Estimat
         blind_turn=2.0, blind_push=0.8,
         traction_time=0.01, scale_time=0.3, rolling_noise=0.0015, traction_noise=0.001,
         creep_time=0.12, creep_traction=0.008, creep_hard=0.03,
+        creep_steady=0.0 if isinstance(base, Carriers) else tuning.creep,
+        creep_least=0.05, creep_sigmas=3.0,
         creep_limit=0.3, creep_edge=0.03,
         travel=travel, resolution=resolution, reading=np.diag(resolution ** 2),
         tick=cells(np.maximum(count, FINEST)),
@@ -136,6 +139,7 @@ def memory_of(base: Base, model: Model, tuning: EstimatorConfig) -> Memory:
     m = np.zeros(M_SIZE)
     m[JITTER] = START_JITTER ** 2
     m[STRETCH] = 1.0
+    m[CREEPS] = model.creep_limit
     m[LEAN_ZZ] = (model.accel_drift / GRAVITY / LEAK) ** 2
     wheel = np.zeros((WHEEL_ROWS, w))
     wheel[FLAT] = 1.0

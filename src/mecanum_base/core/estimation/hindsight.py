@@ -15,9 +15,10 @@ are summed up; what the IMU alone says about the velocity since a snapshot of ag
     sigma^2 = P_v + P_b T^2 + q_a T + q_b T^3/3
               + (scale |dv|)^2 + (creep a)^2 + P_tilt (turn T/2)^2
 
-and a wheel with |A_i d| above 4.5 sigma must have slipped (6 where all wheels stand: a base hardly
-ever glides on them, but that the offset is still being found is common there). The slip began
-about when |A_i d| less 3 sigma is largest: back by 2.5 times that T. Going back farther would
+and a wheel with |A_i d + c_i| above 4.5 sigma must have slipped (6 where all wheels stand: a base
+hardly ever glides on them, but that the offset is still being found is common there). c_i is what
+its creep has grown by: a slip that the filter takes for creep has not been a correction. The slip
+began about when that less 3 sigma is largest: back by 2.5 times that T. Going back farther would
 leave the velocity to the IMU for longer than need be, and so unsure that the slip is lost in it.
 
 The past that was published stays; position and velocity of this moment are as good as if the
@@ -261,7 +262,11 @@ def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray)
     k = n + n * n
     age = (now - memory.kept_ns[slot, 0]) * 1e-9
     bx, by = corrections(memory, now, slot)
-    if bx * bx + by * by < HIDDEN_SPEED ** 2:
+    most = math.hypot(bx, by)
+    first = K + 2 * model.wheels
+    for i in range(first, first + model.wheels):
+        most = max(most, math.hypot(bx, by) + abs(float(memory.x[i])))
+    if most < HIDDEN_SPEED:
         return 0.0
     before = old[k:k + M_SIZE]
     if before[LOOSE_FOR] > 0.0:
@@ -270,7 +275,7 @@ def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray)
     var += 0.5 * (old[n + BAX * n + BAX] + old[n + BAY * n + BAY]) * age * age
     change = math.hypot(memory.x[VX] - old[VX], memory.x[VY] - old[VY])
     push = max(math.hypot(m[SLOW_AX], m[SLOW_AY]), math.hypot(before[SLOW_AX], before[SLOW_AY]))
-    creep = HIDDEN_CREEP * push
+    creep = HIDDEN_CREEP * push + model.creep_hard * push * push
     noise = max(model.accel_noise ** 2 + (model.accel_shake * math.hypot(memory.x[VX],
                                                                          memory.x[VY])) ** 2,
                 1.5 * float(m[SHAKE]))
@@ -286,7 +291,8 @@ def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray)
     limit = max(HIDDEN_SPEED, sigmas * sigma)
     most = 0.0
     for i in range(model.wheels):
-        slid = abs(memory.axis[i, 0] * bx + memory.axis[i, 1] * by)
+        slid = abs(memory.axis[i, 0] * bx + memory.axis[i, 1] * by
+                   + float(memory.x[first + i] - old[first + i]))
         most = max(most, slid)
         if slid > limit:
             slips[i] = 1.0

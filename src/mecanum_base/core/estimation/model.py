@@ -32,6 +32,9 @@ class Model(NamedTuple):
     creep_time: float  # s the creep of a gripping wheel takes to change
     creep_traction: float  # m/s of creep per m/s^2 of acceleration
     creep_hard: float  # m/s of creep per (m/s^2)^2
+    creep_steady: float  # creep over speed of a gripping wheel, per traction over load
+    creep_least: float  # m/s of creep beyond which a wheel is looked at, and standard deviations
+    creep_sigmas: float  # of what its traction explains besides
     creep_limit: float  # m/s of creep with which a wheel may still grip
     creep_edge: float  # m/s, how soft that limit is at least
     travel: FloatArray  # (W,) m a rad

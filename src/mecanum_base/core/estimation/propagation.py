@@ -13,6 +13,15 @@ brings carries the noise that the next residual shows, and that product would pu
 same way, a little each step. Without a gyro the spare equation of the wheels cannot tell a radius
 from a lever or from slip: then travel does not depend on the scales, so that no doubt of theirs
 weighs the wheels, and a scale error of wheel i moves the pose instead, by -R A+ e_i rolled_i.
+
+A wheel that grips and pulls creeps: it turns farther than it rolls, in proportion to traction over
+load (linear creep of an elastic roller; Canudas de Wit & Tsiotras 1999 in the steady state),
+
+    s_i = c |v| F_i/N_i,    F_i/N_i = W/g (A+' f)_i,    f = a + o - b
+
+with the same load N_i = m g/W on every wheel and the smallest forces F that add up to m f. f is
+what the accelerometer feels less its own part b of the offset o: on a slope wheels pull without
+any acceleration a, and a third of a per cent of the way is lost to one side.
 """
 
 from __future__ import annotations
@@ -29,6 +38,7 @@ from mecanum_base.core.estimation.layout import (
     BG,
     BSX,
     BSY,
+    CREEPS,
     EVEN_AX,
     EVEN_AY,
     EXTRA,
@@ -65,7 +75,7 @@ from mecanum_base.core.estimation.layout import (
     K,
     Memory,
 )
-from mecanum_base.core.estimation.lean import wander
+from mecanum_base.core.estimation.lean import GRAVITY, wander
 from mecanum_base.core.estimation.model import Model
 
 # traction that makes gripping wheels creep: a knock is none, nor is what no wheel can give
@@ -163,8 +173,14 @@ def spread(model: Model, memory: Memory) -> None:
         G[PX, 0], G[PX, 1] = half * cos, -half * sin
         G[PY, 0], G[PY, 1] = half * sin, half * cos
 
+    share = model.creep_steady * w * math.hypot(path_x, path_y) / GRAVITY
+    drag_x = share * (m[EVEN_AX] + s[BAX] - s[BSX])
+    drag_y = share * (m[EVEN_AY] + s[BAY] - s[BSY])
     micro = model.rolling_noise ** 2 + model.traction_noise ** 2 * push
     sigma = model.creep_traction * push + model.creep_hard * push * push
+    m[CREEPS] = model.creep_limit
+    if m[HAVE_ACCEL] > 0.0:
+        m[CREEPS] = min(model.creep_limit, model.creep_least + model.creep_sigmas * sigma)
     loose = m[LOOSE_FOR] > 0.0
     grow = sigma * sigma * (1.0 - decay * decay)
     size = np.empty(w)
@@ -174,7 +190,8 @@ def spread(model: Model, memory: Memory) -> None:
         slow, row = s[creep + i], phi + i
         rolled = (1.0 + s[K + i]) * (a * path_x + b * path_y + c * path_turn)
         size[i] = max(abs(rolled), least)
-        s[row] += rolled + T * slow
+        s[row] += (rolled + T * slow
+                   + model.inverse[0, i] * drag_x + model.inverse[1, i] * drag_y)
         s[creep + i] = decay * slow
         b_lateral, c_lever = b * lateral, c * lever
         F[row, VX] = a * even

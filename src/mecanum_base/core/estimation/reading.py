@@ -33,6 +33,7 @@ from mecanum_base.core.estimation.layout import (
     GAP_YAW,
     IMU,
     LAST_FRAME,
+    OVER_FOR,
     PX,
     PY,
     REEL_COUNT,
@@ -45,6 +46,7 @@ from mecanum_base.core.estimation.output import remember
 from mecanum_base.core.estimation.regrip import (
     ENOUGH,
     believe_wheels,
+    doubt_slip,
     gripped_again,
     known_to_grip,
 )
@@ -97,6 +99,9 @@ def take_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
         forget(memory)  # its sums hold the slip that was not seen
     elif slot >= 0:
         again(model, memory, slot, slips, NEVER, False)
+    elif memory.m[OVER_FOR] >= ENOUGH:
+        doubt_slip(memory)
+        forget(memory)
 
 
 @kernel

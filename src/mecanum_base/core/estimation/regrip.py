@@ -6,20 +6,23 @@ second; the accelerometer shows that, and the filter believes that a slip the ot
 
     truth, A_i v   --____/--    wheels, z_i'   --------    believed, s_i = z_i' - A_i v   -----___
 
-Two things tell them apart. Wheels that grip keep the slip that is wrongly believed in constant to
-a few mm/s, and do so within a second; slip that is real grows for longer, unless its wheels have
-jumped to another speed. And where a slip begins, the wheel has changed its speed by it; here the
-base has, by -s_i, as its velocity less the corrections by the wheels shows. Where the offset of
-the accelerometer was dragged along, the slip does change, but friction then seems to push the
-base the wrong way, against the slip. Only while other wheels grip: where all slide, it may be
-ice, or a wall (:mod:`.obstacle`); and only where a wheel turns: a hand may push a base that
-stands.
+Three things tell them apart. Wheels that grip do so within tenths of a second, and keep the slip
+that is wrongly believed in constant to a few mm/s from then on; slip that begins slowly, as that
+of gravity on an uneven floor, may become constant too. So it must have come quickly: a share
+:data:`QUICK` of it within 0.1 s. Its wheels have not jumped to another speed. And where a slip
+begins, the wheel has changed its speed by it; here the base has, by -s_i, as its velocity less the
+corrections by the wheels shows. Where the offset of the accelerometer was dragged along, the slip
+does change a little more, but friction then seems to push the base the wrong way, against the
+slip. Only while other wheels grip: where all slide, it may be ice, or a wall (:mod:`.obstacle`);
+and only where a wheel turns: a hand may push a base that stands.
 
 What has been found out then is more than that the wheels grip: they have slipped, for a second or
 two, until they did. The readings since :data:`BACK` are taken again with those wheels free until
 they gripped. The IMU keeps the velocity meanwhile, the grip at the end shows what has become of
 its error, and the covariance carries that to the position: the distance lost unseen comes back.
-What lasts longer than the snapshots reach is left to :func:`.slip.frictionless`.
+Where a second look just before has left no snapshot that old, the wheels are believed from here on
+and the distance stays lost. What lasts longer than the snapshots reach is left to
+:func:`.slip.frictionless`.
 """
 
 from __future__ import annotations
@@ -43,6 +46,7 @@ from mecanum_base.core.estimation.layout import (
     EVEN_AX,
     EVEN_AY,
     FORCED,
+    KICK,
     LAST_FRAME,
     LOCKED_FOR,
     LOOSE_FOR,
@@ -63,9 +67,11 @@ from mecanum_base.core.estimation.model import Model
 
 LEAST, MOST = 0.05, 0.5  # m/s of slip
 TURNING = 0.05  # m/s, the fastest wheel
-STEADY = 0.0125  # m/s of change within 0.1 s: that of wheels that grip
+STEADY = 0.006  # m/s of change within 0.1 s: that of wheels that grip
+NEARLY = 0.0125  # m/s, the same where the base has made the slip
 STEADY_SHARE = 0.02  # of the slip, that it may change besides: its offset was dragged along
-EARLY = 1.2  # s, slip that is constant so soon
+QUICK = 0.2  # share of the slip that must have come within 0.1 s
+EARLY = 2.2  # s, slip that is constant so soon: 1 s may have been looked back
 JUMP = 0.5  # share of the slip, by which the wheel itself may not have jumped
 SPAN = 2  # snapshots, over which the speed of a wheel is measured
 AT_ONCE = 5  # snapshots, in which a wheel jumps
@@ -169,26 +175,30 @@ def watch_regrip(model: Model, memory: Memory, T: float) -> None:
     m, each = memory.m, memory.each
     if m[LOCKED_FOR] == 0.0:
         m[OVER_FOR] = 0.0
+        m[KICK] = 0.0
         return
     if memory.clock[SLOPE_FILL] < 2 * SLOPE:
         return
-    grips = False
+    grips = forced = False
     size = change = fastest = 0.0
     for i in range(model.wheels):
-        if each[FORCED, i] > 0.0:  # taken once more: its slip may not have begun yet
-            return
+        forced = forced or each[FORCED, i] > 0.0
         fastest = max(fastest, abs(each[STEP, i]))
         if each[PROBABILITY, i] > 0.5:
             size = max(size, abs(each[SLIP, i]))
             change = max(change, each[CHANGE, i])
         else:
             grips = True
-    if (not grips or size < LEAST or size > MOST or fastest < TURNING
-            or change >= model.flat_speed):
+    m[KICK] = max(m[KICK], change)
+    if forced:  # taken once more: its slip may not have begun yet
         return
-    soon = m[LOCKED_FOR] < EARLY and change < STEADY + STEADY_SHARE * size
-    if ((soon and not jumped(memory))
-            or ((change < STEADY or pushed_against(memory)) and made_by_base(memory))):
+    if (not grips or size < LEAST or size > MOST or fastest < TURNING
+            or change >= model.flat_speed or m[KICK] < QUICK * size):
+        return
+    own = STEADY_SHARE * size
+    if m[LOCKED_FOR] < EARLY and (
+            (change < STEADY + own and not jumped(memory))
+            or ((change < NEARLY + own or pushed_against(memory)) and made_by_base(memory))):
         m[OVER_FOR] += T
 
 
@@ -211,10 +221,37 @@ def believe_wheels(memory: Memory, surely: bool) -> None:
         slid = abs(memory.each[SLIP, i])
         if memory.each[FORCED, i] > 0.0 and slid > SIGMAS * memory.each[SIGMA, i]:
             off = max(off, slid)
-    if surely and off > 0.0:
-        for i, size in ((VX, off), (VY, off), (BAX, off / OVER), (BAY, off / OVER)):
-            memory.P[i, i] += size * size
+    if surely:
+        set_free(memory, off)
     memory.wheel[FORCED] = 0.0
+    all_grip(memory)
+
+
+@kernel
+def doubt_slip(memory: Memory) -> None:
+    """From here on all wheels grip; for where no snapshot from before the slip is left.
+
+    Velocity and offset of the accelerometer are as wrong as the slip that was believed in.
+    """
+    off = 0.0
+    for i in range(memory.axis.shape[0]):
+        if memory.each[PROBABILITY, i] > 0.5:
+            off = max(off, abs(memory.each[SLIP, i]))
+    set_free(memory, off)
+    memory.m[OVER_FOR] = 0.0
+    all_grip(memory)
+
+
+@kernel
+def set_free(memory: Memory, off: float) -> None:
+    """Velocity may be wrong by ``off`` m/s, the accelerometer by what has led to that."""
+    for i, size in ((VX, off), (VY, off), (BAX, off / OVER), (BAY, off / OVER)):
+        memory.P[i, i] += size * size
+
+
+@kernel
+def all_grip(memory: Memory) -> None:
+    """No wheel slips, for certain."""
     memory.wheel[SLIP] = 0.0
     memory.wheel[PROBABILITY] = 0.0
     memory.mode[:] = 0.0

@@ -29,19 +29,22 @@ class EstimatorConfig:
     accel_bias_sigma: float = parameter(
         'float', 'm/s^2', 'accelerometer bias and gravity leak before the first standstill',
         default=0.5, low=0.0, open_low=True)
+    creep: float = parameter(
+        'float', '', 'slip of a gripping wheel over its speed, for each unit of traction over '
+        'load; 0 = none', default=0.05, low=0.0, high=1.0)
     gyro_scale_sigma: float = parameter(
-        'float', '', 'scale error of the gyro', default=0.008, low=0.0, open_low=True)
+        'float', '', 'scale error of the gyro', default=0.006, low=0.0, open_low=True)
     accel_scale_sigma: float = parameter(
         'float', '', 'scale error of the accelerometer', default=0.01, low=0.0, open_low=True)
     radius_sigma: float = parameter(
-        'float', '', 'relative error of all wheel radii together', default=0.004, low=0.0,
+        'float', '', 'relative error of all wheel radii together', default=0.0035, low=0.0,
         open_low=True)
     wheel_sigma: float = parameter(
-        'float', '', 'relative error of each radius against the others', default=0.003, low=0.0,
+        'float', '', 'relative error of each radius against the others', default=0.002, low=0.0,
         open_low=True)
     lateral_sigma: float = parameter(
-        'float', '', 'relative error of sideways against forward travel', default=0.005, low=0.0,
+        'float', '', 'relative error of sideways against forward travel', default=0.003, low=0.0,
         open_low=True)
     lever_sigma: float = parameter(
-        'float', '', 'relative error of the wheel lever arms in rotation', default=0.01, low=0.0,
+        'float', '', 'relative error of the wheel lever arms in rotation', default=0.006, low=0.0,
         open_low=True)

@@ -24,6 +24,7 @@ import numpy as np
 
 from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.estimation.layout import (
+    CREEPS,
     EXTRA,
     FLAT,
     FORCED,
@@ -173,7 +174,8 @@ def foresee(model: Model, memory: Memory, T: float) -> FloatArray:
             if everything:  # velocity from the IMU alone: its error is the same in the next frame
                 off = memory.each[SLIP, i] / memory.each[SIGMA, i]
                 factor *= math.exp(-0.5 * min(max(off * off - 1.0, 0.0), 40.0))
-        over = abs(float(memory.wheel[SLIP, i])) - model.creep_limit
+        limit = model.creep_limit if memory.each[PROBABILITY, i] > 0.5 else memory.m[CREEPS]
+        over = abs(float(memory.wheel[SLIP, i])) - limit
         if over > 0.0:  # no wheel creeps this fast and still grips
             over /= max(model.creep_edge, float(memory.wheel[SIGMA, i]))
             factor *= math.exp(-0.5 * min(over * over, 40.0))
@@ -209,7 +211,7 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
         if valid[i] == 0.0:
             S[i, i] += MISSING
         each[REACH, i] = CALM * math.sqrt(max(S[i, i], 0.0))
-        creeps = creeps or abs(each[SLIP, i]) > model.creep_limit
+        creeps = creeps or abs(each[SLIP, i]) > m[CREEPS]
         forced = forced or each[FORCED, i] > 0.0
         loose = loose or each[EXTRA, i] > 0.0
     inverse = np.linalg.inv(S)
