@@ -11,10 +11,9 @@ that is wrongly believed in constant to a few mm/s from then on; slip that begin
 of gravity on an uneven floor, may become constant too. So it must have come quickly: a share
 :data:`QUICK` of it within 0.1 s. Its wheels have not jumped to another speed. And where a slip
 begins, the wheel has changed its speed by it; here the base has, by -s_i, as its velocity less the
-corrections by the wheels shows. Where the offset of the accelerometer was dragged along, the slip
-does change a little more, but friction then seems to push the base the wrong way, against the
-slip. Only while other wheels grip: where all slide, it may be ice, or a wall (:mod:`.obstacle`);
-and only where a wheel turns: a hand may push a base that stands.
+corrections by the wheels shows; then it may change a little more, for the offset of the
+accelerometer was dragged along. Only while other wheels grip: where all slide, it may be ice, or a
+wall (:mod:`.obstacle`); and only where a wheel turns: a hand may push a base that stands.
 
 What has been found out then is more than that the wheels grip: they have slipped, for a second or
 two, until they did. The readings since :data:`BACK` are taken again with those wheels free until
@@ -43,8 +42,6 @@ from mecanum_base.core.estimation.layout import (
     BAX,
     BAY,
     CHANGE,
-    EVEN_AX,
-    EVEN_AY,
     FORCED,
     KICK,
     LAST_FRAME,
@@ -70,13 +67,12 @@ TURNING = 0.05  # m/s, the fastest wheel
 STEADY = 0.006  # m/s of change within 0.1 s: that of wheels that grip
 NEARLY = 0.0125  # m/s, the same where the base has made the slip
 STEADY_SHARE = 0.02  # of the slip, that it may change besides: its offset was dragged along
-QUICK = 0.2  # share of the slip that must have come within 0.1 s
+QUICK = 0.22  # share of the slip that must have come within 0.1 s
 EARLY = 2.2  # s, slip that is constant so soon: 1 s may have been looked back
 JUMP = 0.5  # share of the slip, by which the wheel itself may not have jumped
 SPAN = 2  # snapshots, over which the speed of a wheel is measured
 AT_ONCE = 5  # snapshots, in which a wheel jumps
 FEWEST = 10  # snapshots
-AGAINST = -0.2  # m/s^2 along the slip: no friction does that
 ENOUGH = 0.2  # s, in which the wheels have gripped
 SIGMAS = 3.0
 OVER = BACK * 1e-9  # s, in which a wrong offset makes a slip
@@ -155,20 +151,6 @@ def jumped(memory: Memory) -> bool:
     return bool(most > JUMP * size)
 
 
-@kernel
-def pushed_against(memory: Memory) -> bool:
-    """Does the base accelerate against the slip of a wheel?"""
-    m = memory.m
-    for i in range(memory.axis.shape[0]):
-        if memory.each[PROBABILITY, i] > 0.5:
-            along = memory.axis[i, 0] * m[EVEN_AX] + memory.axis[i, 1] * m[EVEN_AY]
-            if memory.each[SLIP, i] < 0.0:
-                along = -along
-            if along < AGAINST:
-                return True
-    return False
-
-
 @part
 def watch_regrip(model: Model, memory: Memory, T: float) -> None:
     """Add up the time for which the slip believed in looks like the end of another one."""
@@ -198,7 +180,7 @@ def watch_regrip(model: Model, memory: Memory, T: float) -> None:
     own = STEADY_SHARE * size
     if m[LOCKED_FOR] < EARLY and (
             (change < STEADY + own and not jumped(memory))
-            or ((change < NEARLY + own or pushed_against(memory)) and made_by_base(memory))):
+            or (change < NEARLY + own and made_by_base(memory))):
         m[OVER_FOR] += T
 
 
