@@ -376,6 +376,7 @@ def test_slip_that_is_constant_so_soon_counts_whoever_has_changed_speed_steadily
 
 def test_slip_too_large_to_have_gone_unseen_does_not_count():
     model, memory = turned(np.full(150, 0.3))
+    memory.m[KICK] = 0.3
     memory.wheel[SLIP, 1:3] = -0.51
     assert count(model, memory) == 0.0
     memory.wheel[SLIP, 1:3] = -0.49

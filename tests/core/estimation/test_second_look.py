@@ -195,6 +195,24 @@ def test_on_wheels_that_stand_a_wrong_offset_is_likelier_than_a_glide(turned, fo
     assert slips.all() == slips.any() == found
 
 
+@pytest.mark.parametrize(('corrected', 'crept', 'slips'), [
+    (0.08, 0.0, [0, 0, 0, 0]),  # below 4.5 sigma of 0.02 m/s
+    (0.0, 0.08, [0, 0, 0, 0]),
+    (0.08, 0.08, [0, 1, 1, 0]),  # both show the same slip, on the diagonal that creeps
+    (-0.08, 0.08, [0, 0, 0, 0]),  # one makes up for the other
+])
+def test_what_the_filter_has_taken_for_creep_is_part_of_a_hidden_slip(corrected, crept, slips):
+    model, memory = sure_parts()
+    slot = snapshot(memory, T0)
+    # m/s along the rollers of FR and RL, whose axes are (1, 1)/sqrt(2)
+    memory.m[FIX_VX] = memory.m[FIX_VY] = corrected * math.sqrt(0.5)
+    memory.x[[K + 9, K + 10]] = crept
+    memory.x[K + 4:K + 8] += 0.1  # the wheels turn
+    found = np.zeros(4)
+    hidden(model, memory, T0 + 300_000_000, slot, found)
+    assert found.tolist() == slips
+
+
 @pytest.mark.parametrize(('grown', 'oldest', 'youngest'), [
     ([0.1, 0.11, 0.13], 240, 600),  # 1 and 3 cm/s more are what a wrong offset may make
     ([0.1, 0.2, 0.22], 960, 1050),  # since 0.48 s ago it is twice as much

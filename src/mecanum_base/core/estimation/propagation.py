@@ -19,9 +19,9 @@ load (linear creep of an elastic roller; Canudas de Wit & Tsiotras 1999 in the s
 
     s_i = c |v| F_i/N_i,    F_i/N_i = W/g (A+' f)_i,    f = a + o - b
 
-with the same load N_i = m g/W on every wheel and the smallest forces F that add up to m f. f is
-what the accelerometer feels less its own part b of the offset o: on a slope wheels pull without
-any acceleration a, and a third of a per cent of the way is lost to one side.
+with the same load N_i = m g/W on every wheel and the smallest forces F that add up to m f without
+a moment. f is what the accelerometer feels less its own part b of the offset o: on a slope wheels
+pull without any acceleration a, and a third of a per cent of the way is lost to one side.
 """
 
 from __future__ import annotations
