@@ -36,6 +36,7 @@ from mecanum_base.core.estimation.layout import (
     CHANGE,
     FIX_VX,
     FORCED,
+    HIT,
     JUDGED,
     KICK,
     LAST_FRAME,
@@ -240,6 +241,7 @@ def test_constant_slip_that_the_base_has_made_counts():
     lambda m: m.wheel[STEP].__setitem__(slice(None), 0.0),  # a hand pushes a base that stands
     lambda m: m.wheel[SLIP].__setitem__(slice(1, 3), -0.03),  # too little to tell
     lambda m: m.clock.__setitem__(SLOPE_FILL, 2 * SLOPE - 1),  # not seen for long enough
+    lambda m: m.m.__setitem__(HIT, 3.1),  # a wall has stopped the base, not its wheels
 ])
 def test_what_may_well_be_slip_does_not_count(spoil):
     model, memory = believed()

@@ -13,7 +13,8 @@ of gravity on an uneven floor, may become constant too. So it must have come qui
 begins, the wheel has changed its speed by it; here the base has, by -s_i, as its velocity less the
 corrections by the wheels shows; then it may change a little more, for the offset of the
 accelerometer was dragged along. Only while other wheels grip: where all slide, it may be ice, or a
-wall (:mod:`.obstacle`); and only where a wheel turns: a hand may push a base that stands.
+wall (:mod:`.obstacle`), as where the base has been stopped harder than wheels could; and only where
+a wheel turns: a hand may push a base that stands.
 
 What has been found out then is more than that the wheels grip: they have slipped, for a second or
 two, until they did. The readings since :data:`BACK` are taken again with those wheels free until
@@ -43,6 +44,7 @@ from mecanum_base.core.estimation.layout import (
     BAY,
     CHANGE,
     FORCED,
+    HIT,
     KICK,
     LAST_FRAME,
     LOCKED_FOR,
@@ -67,6 +69,7 @@ TURNING = 0.05  # m/s, the fastest wheel
 STEADY = 0.006  # m/s of change within 0.1 s: that of wheels that grip
 NEARLY = 0.0125  # m/s, the same where the base has made the slip
 STEADY_SHARE = 0.02  # of the slip, that it may change besides: its offset was dragged along
+STRUCK = 3.0  # m/s^2 over 0.1 s: no two wheels that grip pull so hard, a wall does
 QUICK = 0.22  # share of the slip that must have come within 0.1 s
 EARLY = 2.2  # s, slip that is constant so soon: 1 s may have been looked back
 JUMP = 0.5  # share of the slip, by which the wheel itself may not have jumped
@@ -174,7 +177,7 @@ def watch_regrip(model: Model, memory: Memory, T: float) -> None:
     m[KICK] = max(m[KICK], change)
     if forced:  # taken once more: its slip may not have begun yet
         return
-    if (not grips or size < LEAST or size > MOST or fastest < TURNING
+    if (not grips or size < LEAST or size > MOST or fastest < TURNING or m[HIT] > STRUCK
             or change >= model.flat_speed or m[KICK] < QUICK * size):
         return
     own = STEADY_SHARE * size
