@@ -13,8 +13,8 @@ of gravity on an uneven floor, may become constant too. So it must have come qui
 begins, the wheel has changed its speed by it; here the base has, by -s_i, as its velocity less the
 corrections by the wheels shows; then it may change a little more, for the offset of the
 accelerometer was dragged along. Only while other wheels grip: where all slide, it may be ice, or a
-wall (:mod:`.obstacle`), as where the base has been stopped harder than wheels could; and only where
-a wheel turns: a hand may push a base that stands.
+wall (:mod:`.obstacle`), as where the base was stopped harder than wheels could; and only where a
+wheel turns: a hand may push a base that stands.
 
 What has been found out then is more than that the wheels grip: they have slipped, for a second or
 two, until they did. The readings since :data:`BACK` are taken again with those wheels free until
