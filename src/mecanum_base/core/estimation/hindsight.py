@@ -262,11 +262,11 @@ def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray)
     k = n + n * n
     age = (now - memory.kept_ns[slot, 0]) * 1e-9
     bx, by = corrections(memory, now, slot)
-    most = math.hypot(bx, by)
     first = K + 2 * model.wheels
+    crept = 0.0
     for i in range(first, first + model.wheels):
-        most = max(most, math.hypot(bx, by) + abs(float(memory.x[i])))
-    if most < HIDDEN_SPEED:
+        crept = max(crept, abs(float(memory.x[i])))
+    if math.hypot(bx, by) + crept < HIDDEN_SPEED:
         return 0.0
     before = old[k:k + M_SIZE]
     if before[LOOSE_FOR] > 0.0:

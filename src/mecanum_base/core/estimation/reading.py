@@ -99,7 +99,7 @@ def take_frame(model: Model, memory: Memory, now: int, z: FloatArray, valid: Flo
         forget(memory)  # its sums hold the slip that was not seen
     elif slot >= 0:
         again(model, memory, slot, slips, NEVER, False)
-    elif memory.m[OVER_FOR] >= ENOUGH:
+    elif memory.m[OVER_FOR] >= ENOUGH:  # an end, but no snapshot is left from before it
         doubt_slip(memory)
         forget(memory)
 
