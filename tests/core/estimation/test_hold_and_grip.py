@@ -18,11 +18,15 @@ from staged_drive import (
 )
 
 from mecanum_base.core.estimation.layout import (
+    ALL_SLID,
     FLAT,
     HAVE_GYRO,
+    KICK,
     LATE_RUN,
+    LOCKED_FOR,
     PENDING_T,
     PROBABILITY,
+    SIGMA,
     SLIP,
     SLOPE,
     SLOW_AX,
@@ -31,7 +35,7 @@ from mecanum_base.core.estimation.layout import (
     K,
 )
 from mecanum_base.core.estimation.slip import unfelt, watch_slope
-from mecanum_base.core.estimation.wheel_update import judge
+from mecanum_base.core.estimation.wheel_update import foresee, judge
 
 REST = (0.9, (0.0, 0.0, 0.0))
 ALONG_ROLLERS = 1.0 / (RADIUS * np.sin(np.pi / 4))  # rad/s of wheel for 1 m/s along its roller
@@ -89,6 +93,49 @@ def test_acceleration_that_friction_of_the_sliding_wheels_cannot_explain(slips, 
     memory.wheel[SLIP] = 0.3 * np.array(slips)
     memory.m[SLOW_AX], memory.m[SLOW_AY] = push
     assert unfelt(memory) == pytest.approx(unexplained)
+
+
+@pytest.mark.parametrize(('alone', 'kick', 'all_slid', 'factor'), [
+    (1.0, 0.05, 0.0, np.exp(-3.0)),  # by hand: each of two wheels at 2 sigma exp(-(4 - 1)/2)
+    (1.0, 0.09, 0.0, 1.0),  # slip has changed at once by more than is left of it: it may be over
+    (1.0, 0.05, 1.0, 1.0),  # once all wheels have slid, the velocity may be off by much
+    (0.0, 0.05, 0.0, 1.0),  # wheels that grip hold the velocity
+])
+def test_a_diagonal_whose_slip_came_slowly_does_not_grip_because_its_speed_is_doubted(
+        alone, kick, all_slid, factor):
+    body = estimator()._filter
+    model, memory = body.model, body.memory
+    pair = (model.member == [0.0, 1.0, 1.0, 0.0]).all(axis=1)
+    memory.mode[:] = pair / pair.sum()
+    memory.wheel[[PROBABILITY, FLAT]] = np.array([[0.0, 1.0, 1.0, 0.0], [1.0, 1.0, 1.0, 1.0]])
+    memory.wheel[SLIP], memory.wheel[SIGMA] = [0.0, 0.08, 0.08, 0.0], 1.0
+    memory.m[LOCKED_FOR], memory.m[KICK], memory.m[ALL_SLID] = alone, kick, all_slid
+
+    def grips_again():
+        prior = foresee(model, memory, 0.01)
+        return prior[0] / prior[pair].sum()
+
+    free = grips_again()
+    memory.wheel[SIGMA] = 0.04
+    assert grips_again() == pytest.approx(factor * free, rel=1e-9)  # rounding only
+
+
+@pytest.mark.parametrize(('rate', 'seed'), [(0.1, 1), (0.1, 2), (0.1, 3), (0.12, 1)])
+def test_slip_of_a_diagonal_that_comes_slowly_is_believed_in_until_it_ends(rate, seed):
+    # gravity takes the base along the rollers of a diagonal by ``rate`` m/s^2, later by less
+    t = np.arange(5901) * 1e-3
+    wheels = np.interp(t, [0.9, 1.4], [0.0, 0.5])[:, None] * np.array([1.0, 0.0, 0.0])
+    glide = np.interp(t, [2.5, 3.0, 4.9, 5.1], rate * np.array([0.0, 0.5, 1.26, 0.0]))
+    body = wheels + glide[:, None] * np.array([1.0, 1.0, 0.0]) * np.sqrt(0.5)
+    motion = Motion(t, body, np.gradient(body, 1e-3, axis=0), summed(body))
+    found = run(estimator(), merged(imu(motion, seed=seed),
+                                    frames(motion, summed(wheels @ RECTANGLE.T))))
+    at = np.array([(e.stamp_ns - T0) // 1_000_000 for e in found])
+    slips = np.array([e.slip.body_probability for e in found]) > 0.5
+    first = at[slips][0]
+    assert first < 3500  # a second after it began it is seen
+    assert slips[(at > first) & (at < 4900)].all()
+    assert not slips[at > 5500].any()
 
 
 def test_a_sudden_turn_back_of_all_wheels_is_slip_and_no_late_stamp():

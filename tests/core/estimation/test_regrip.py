@@ -31,12 +31,12 @@ from mecanum_base.core.estimation.hindsight import (
     youngest,
 )
 from mecanum_base.core.estimation.layout import (
+    ALL_SLID,
     BAX,
     BAY,
     CHANGE,
     FIX_VX,
     FORCED,
-    HIT,
     JUDGED,
     KICK,
     LAST_FRAME,
@@ -241,7 +241,7 @@ def test_constant_slip_that_the_base_has_made_counts():
     lambda m: m.wheel[STEP].__setitem__(slice(None), 0.0),  # a hand pushes a base that stands
     lambda m: m.wheel[SLIP].__setitem__(slice(1, 3), -0.03),  # too little to tell
     lambda m: m.clock.__setitem__(SLOPE_FILL, 2 * SLOPE - 1),  # not seen for long enough
-    lambda m: m.m.__setitem__(HIT, 3.1),  # a wall has stopped the base, not its wheels
+    lambda m: m.m.__setitem__(ALL_SLID, 1.0),  # so it may have been when the slip began
 ])
 def test_what_may_well_be_slip_does_not_count(spoil):
     model, memory = believed()
@@ -273,6 +273,22 @@ def test_how_quickly_it_has_come_is_remembered_until_all_wheels_grip():
     memory.m[LOCKED_FOR] = 0.0
     count(model, memory)
     assert memory.m[KICK] == 0.0
+
+
+def test_that_all_wheels_have_slid_is_remembered_until_all_grip():
+    # a base that meets a wall askew: at first all wheels slide, then one diagonal for as long as
+    # it rubs along the wall; the base has been stopped by the wall, not by wheels that grip
+    model, memory = believed()
+    memory.clock[SLOPE_FILL] = 0  # also before a change of slip can be told
+    memory.wheel[PROBABILITY] = 1.0
+    count(model, memory)
+    memory.clock[SLOPE_FILL] = 2 * SLOPE
+    memory.wheel[PROBABILITY, ::3] = 0.0
+    assert count(model, memory) == 0.0
+    memory.m[LOCKED_FOR] = 0.0
+    count(model, memory)
+    memory.m[LOCKED_FOR], memory.m[KICK] = 0.1, 0.1
+    assert count(model, memory) == pytest.approx(0.01)
 
 
 def test_it_counts_anew_for_the_next_slip():

@@ -12,9 +12,9 @@ of gravity on an uneven floor, may become constant too. So it must have come qui
 :data:`QUICK` of it within 0.1 s. Its wheels have not jumped to another speed. And where a slip
 begins, the wheel has changed its speed by it; here the base has, by -s_i, as its velocity less the
 corrections by the wheels shows; then it may change a little more, for the offset of the
-accelerometer was dragged along. Only while other wheels grip: where all slide, it may be ice, or a
-wall (:mod:`.obstacle`), as where the base was stopped harder than wheels could; and only where a
-wheel turns: a hand may push a base that stands.
+accelerometer was dragged along. Only while other wheels grip, and have gripped since the slip
+began: where all slide, it may be ice, or a wall (:mod:`.obstacle`) along which the base rubs later
+on; and only where a wheel turns: a hand may push a base that stands.
 
 What has been found out then is more than that the wheels grip: they have slipped, for a second or
 two, until they did. The readings since :data:`BACK` are taken again with those wheels free until
@@ -40,11 +40,11 @@ from mecanum_base.core.estimation.hindsight import (
     youngest,
 )
 from mecanum_base.core.estimation.layout import (
+    ALL_SLID,
     BAX,
     BAY,
     CHANGE,
     FORCED,
-    HIT,
     KICK,
     LAST_FRAME,
     LOCKED_FOR,
@@ -69,14 +69,13 @@ TURNING = 0.05  # m/s, the fastest wheel
 STEADY = 0.006  # m/s of change within 0.1 s: that of wheels that grip
 NEARLY = 0.0125  # m/s, the same where the base has made the slip
 STEADY_SHARE = 0.02  # of the slip, that it may change besides: its offset was dragged along
-STRUCK = 3.0  # m/s^2 over 0.1 s: no two wheels that grip pull so hard, a wall does
 QUICK = 0.22  # share of the slip that must have come within 0.1 s
 EARLY = 2.2  # s, slip that is constant so soon: 1 s may have been looked back
 JUMP = 0.5  # share of the slip, by which the wheel itself may not have jumped
 SPAN = 2  # snapshots, over which the speed of a wheel is measured
 AT_ONCE = 5  # snapshots, in which a wheel jumps
 FEWEST = 10  # snapshots
-ENOUGH = 0.2  # s, in which the wheels have gripped
+ENOUGH = 0.08  # s, in which the wheels have gripped
 SIGMAS = 3.0
 OVER = BACK * 1e-9  # s, in which a wrong offset makes a slip
 BEFORE = 100_000_000  # ns before the slip, from where on the speed of the base counts
@@ -161,8 +160,7 @@ def watch_regrip(model: Model, memory: Memory, T: float) -> None:
     if m[LOCKED_FOR] == 0.0:
         m[OVER_FOR] = 0.0
         m[KICK] = 0.0
-        return
-    if memory.clock[SLOPE_FILL] < 2 * SLOPE:
+        m[ALL_SLID] = 0.0
         return
     grips = forced = False
     size = change = fastest = 0.0
@@ -174,10 +172,14 @@ def watch_regrip(model: Model, memory: Memory, T: float) -> None:
             change = max(change, each[CHANGE, i])
         else:
             grips = True
+    if not grips:
+        m[ALL_SLID] = 1.0
+    if memory.clock[SLOPE_FILL] < 2 * SLOPE:
+        return
     m[KICK] = max(m[KICK], change)
     if forced:  # taken once more: its slip may not have begun yet
         return
-    if (not grips or size < LEAST or size > MOST or fastest < TURNING or m[HIT] > STRUCK
+    if (m[ALL_SLID] > 0.0 or size < LEAST or size > MOST or fastest < TURNING
             or change >= model.flat_speed or m[KICK] < QUICK * size):
         return
     own = STEADY_SHARE * size

@@ -3,8 +3,10 @@
     s_i = (z_i step - A_i twist T) / T      m/s along the roller axis, smoothed over 12 ms
 
 A wheel may grip again only when its slip speed has stopped changing: constant common slip cannot
-be told from rolling, so the slope of the slip speed decides, not its size. While a direction is
-held by no gripping wheel, the velocity along it becomes uncertain like unmodelled tilt,
+be told from rolling, so the slope of the slip speed decides, not its size. Where the slip of a
+diagonal has come slowly and has not changed at once since by as much as it is, it must besides be
+within the doubt of the velocity (:mod:`.wheel_update`). While a direction is held by no gripping
+wheel, the velocity along it becomes uncertain like unmodelled tilt,
 sigma = drift_apart * t; after ``patience`` seconds without any grip the accelerometer is trusted
 less and less, until the wheels win again: no gate without a way back.
 """

@@ -24,16 +24,19 @@ import numpy as np
 
 from mecanum_base.core.estimation.acceleration import kernel, part
 from mecanum_base.core.estimation.layout import (
+    ALL_SLID,
     CREEPS,
     EXTRA,
     FLAT,
     FORCED,
     GRIP_NIS,
     JITTER,
+    KICK,
     KL,
     KY,
     LATE,
     LATE_RUN,
+    LOCKED_FOR,
     LOOSE_FOR,
     PENDING_T,
     PROBABILITY,
@@ -158,12 +161,19 @@ def mix(model: Model, memory: Memory, r: FloatArray, S: FloatArray, p: FloatArra
 
 @kernel
 def foresee(model: Model, memory: Memory, T: float) -> FloatArray:
-    """Probabilities (M,) of the hypotheses before the frame is seen."""
+    """Probabilities (M,) of the hypotheses before the frame is seen.
+
+    Where only the IMU knows the velocity along a slip, its error is the same in the next frame:
+    frame for frame the same doubt would add up to a grip. It is counted here once, as
+    exp(-(slip^2/sigma^2 - 1)/2). Not where the slip of a diagonal has changed at once by more than
+    is left of it: so it does when wheels grip.
+    """
     p = memory.mode
     step = min(T, 0.1)
     prior = p + step * (p @ model.change)
     stands = perhaps_held(memory)
     everything = memory.wheel[PROBABILITY].min() > 0.5
+    diagonal = memory.m[LOCKED_FOR] > 0.0 and memory.m[ALL_SLID] == 0.0
     for i in range(model.wheels):
         factor = 1.0
         if memory.each[PROBABILITY, i] > 0.5:
@@ -171,7 +181,7 @@ def foresee(model: Model, memory: Memory, T: float) -> FloatArray:
                 factor = model.regrip_factor
             if stands:
                 factor *= HELD_FACTOR
-            if everything:  # velocity from the IMU alone: its error is the same in the next frame
+            if everything or (diagonal and memory.m[KICK] < abs(memory.each[SLIP, i])):
                 off = memory.each[SLIP, i] / memory.each[SIGMA, i]
                 factor *= math.exp(-0.5 * min(max(off * off - 1.0, 0.0), 40.0))
         limit = model.creep_limit if memory.each[PROBABILITY, i] > 0.5 else memory.m[CREEPS]
