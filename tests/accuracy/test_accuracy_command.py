@@ -62,6 +62,19 @@ def test_other_seeds_give_other_figures(scenario, tmp_path):
     assert one['errors']['wheels']['ate'] != two['errors']['wheels']['ate']
 
 
+def test_beside_its_nees_stands_that_of_an_estimator_told_how_the_robots_are_built(
+        scenario, tmp_path):
+    found = []
+    for words in ([], ['--told']):
+        main(['--out', str(tmp_path), '--scenarios', scenario, '--seeds', '1', '--workers', '1',
+              *words])
+        found.append(json.loads((tmp_path / 'accuracy.json').read_text())['scenarios'][0])
+    assert found[0]['nees_told'] is None
+    assert found[1].pop('nees_told') > found[1]['nees_position']  # they are built better
+    found[0].pop('nees_told')
+    assert found[0] == found[1]  # nothing else changes
+
+
 def test_wrong_input_is_refused_before_anything_runs(tmp_path, capsys):
     for words, message in ((['--scenarios', 'oill'], 'did you mean'),
                            (['--seeds', '0'], 'must be >= 1'),

@@ -36,7 +36,8 @@ class ScenarioFigures:
     """One scenario: errors by method, consistency and slip figures of ours.
 
     ``nees_*`` are medians of 2 degrees of freedom (1.39 is ideal), ``coverage_*`` the shares
-    within the 95 % ellipse; None where there was nothing to judge.
+    within the 95 % ellipse; None where there was nothing to judge. ``nees_told`` is that of the
+    position where the estimator was told how well the robots are built.
     """
 
     name: str
@@ -45,6 +46,7 @@ class ScenarioFigures:
     slip_share: float
     errors: dict[str, Errors]
     nees_position: float | None
+    nees_told: float | None
     nees_velocity: float | None
     coverage_position: float | None
     coverage_velocity: float | None
@@ -91,7 +93,8 @@ def figures_of(trials: Sequence[Trial]) -> ScenarioFigures:
         trials[0].scenario, len(trials), float(np.mean([t.path for t in trials])),
         sum(s.true_samples for s in slips) / sum(s.samples for s in slips),
         {method: _errors(trials, method) for method in METHODS},
-        _median(position), _median(velocity), _within(position), _within(velocity),
+        _median(position), _median([v for t in trials for v in t.nees_told]),
+        _median(velocity), _within(position), _within(velocity),
         2 * hits / (2 * hits + false + missed) if hits + missed else None,
         _median(delays), late / (late + len(delays)) if late + len(delays) else None,
         sum(s.false_episodes for s in slips) / sum(s.hours for s in slips),

@@ -44,11 +44,11 @@ def _method_table(scenarios: Sequence[ScenarioFigures], cell: Callable[[Any], st
 
 
 def _own_table(scenarios: Sequence[ScenarioFigures]) -> str:
-    head = ['scenario', 'seeds', 'path m', 'slip %', 'NEES xy', 'in 95 % xy', 'NEES v',
+    head = ['scenario', 'seeds', 'path m', 'slip %', 'NEES xy', 'told', 'in 95 % xy', 'NEES v',
             'in 95 % v', 'F1', 'latency ms', 'missed %', 'false/h', 'diagonal']
     rows = [[_title(s), str(s.seeds), f'{s.path:.1f}', f'{100.0 * s.slip_share:.1f}',
-             _two(s.nees_position), _two(s.coverage_position), _two(s.nees_velocity),
-             _two(s.coverage_velocity), _three(s.f1),
+             _two(s.nees_position), _two(s.nees_told), _two(s.coverage_position),
+             _two(s.nees_velocity), _two(s.coverage_velocity), _three(s.f1),
              '-' if s.latency is None else f'{1000.0 * s.latency:.0f}',
              '-' if s.missed_share is None else f'{100.0 * s.missed_share:.1f}',
              f'{s.false_per_hour:.1f}', _three(s.diagonal)] for s in scenarios]

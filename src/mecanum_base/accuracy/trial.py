@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from mecanum_base.accuracy.drift import Drift, at_stamps, drift_of, path_of
 from mecanum_base.accuracy.oracle import oracle_track
 from mecanum_base.accuracy.slip_score import SlipScore, score_of
+from mecanum_base.accuracy.told import told
 from mecanum_base.accuracy.track import Track, readings_of, wheel_track
 from mecanum_base.accuracy.twist_filter import twist_filter_track
 from mecanum_base.core.errors import ConfigError
@@ -34,7 +36,9 @@ _MOVED = 0.05  # m from the start, before which a position error says nothing
 @dataclass(frozen=True, slots=True)
 class Trial:
     """Figures of one run: ``drift`` by method; NEES of (x, y) and (vx, vy), each of 2 degrees
-    of freedom, at moments 0.1 s apart; slip score; ``path`` m."""
+    of freedom, at moments 0.1 s apart, that of the position also of an estimator that was told how
+    the robots are built (:mod:`.told`; empty where it was not asked for); slip score; ``path`` m.
+    """
 
     scenario: str
     seed: int
@@ -43,9 +47,11 @@ class Trial:
     nees_position: tuple[float, ...]
     nees_velocity: tuple[float, ...]
     slip: SlipScore
+    nees_told: tuple[float, ...] = ()
 
 
-def run_trial(name: str, seed: int, duration: float | None = None) -> Trial:
+def run_trial(name: str, seed: int, duration: float | None = None,
+              also_told: bool = False) -> Trial:
     """Simulate and judge; ``name`` is a scenario file or a shipped one.
 
     Raises ConfigError for a robot the harness has no reference methods for (carriers).
@@ -63,8 +69,7 @@ def run_trial(name: str, seed: int, duration: float | None = None) -> Trial:
     readings = readings_of(simulated, robot, [
         s for s in simulated.samples(commands=False) if not isinstance(s, TickSample)])
     tracks = {
-        'ours': Track(np.array([e.stamp_ns for e in estimates], dtype=np.int64),
-                      np.array([e.pose for e in estimates])),
+        'ours': _track(estimates),
         'wheels': wheel_track(readings, robot, gyro_heading=False),
         'wheels + gyro': wheel_track(readings, robot, gyro_heading=True),
         'rl-style': twist_filter_track(readings, rolling_rows(robot.base)),
@@ -80,13 +85,19 @@ def run_trial(name: str, seed: int, duration: float | None = None) -> Trial:
     own = np.searchsorted(tracks['ours'].stamp_ns, stamp, side='right') - 1
     position, velocity = _consistency(estimates, tracks['ours'], stamp[::_SPARSE],
                                       truth[::_SPARSE], simulated.twist[inside][::_SPARSE])
+    position_told: tuple[float, ...] = ()
+    if also_told:
+        others = _estimates(samples, dataclasses.replace(robot, estimator=told(robot)))
+        position_told, _ = _consistency(others, _track(others), stamp[::_SPARSE],
+                                        truth[::_SPARSE], simulated.twist[inside][::_SPARSE])
     groups = parallel_groups(rolling_rows(robot.base))
     pairs = groups if robot.base.count == 4 and len(groups) == 2 else ()
     slip = score_of((stamp - stamp[0]) * 1e-9,
                     simulated.slip_rate[inside] * travel_per_radian(robot.base),
                     np.array([e.slip.body_probability for e in estimates])[own],
                     np.array([e.slip.probability for e in estimates])[own], pairs)
-    return Trial(scenario.name, seed, float(path_of(truth)[-1]), drift, position, velocity, slip)
+    return Trial(scenario.name, seed, float(path_of(truth)[-1]), drift, position, velocity, slip,
+                 position_told)
 
 
 def _subscribed(samples: list[Sample], robot: Robot) -> list[Sample]:
@@ -104,6 +115,12 @@ def _estimates(samples: list[Sample], robot: Robot) -> list[Estimate]:
             found += estimator.handle(sample)
         found += estimator.flush()
     return found
+
+
+def _track(estimates: list[Estimate]) -> Track:
+    """Stamps and poses alone."""
+    return Track(np.array([e.stamp_ns for e in estimates], dtype=np.int64),
+                 np.array([e.pose for e in estimates]))
 
 
 def _consistency(estimates: list[Estimate], track: Track, stamp: IntArray, pose: FloatArray,

@@ -1,0 +1,57 @@
+"""What an estimator would be told that knows how well the simulated robots are built.
+
+A covariance can only be as large as errors are if the robots are drawn as it assumes. The
+defaults of block ``estimator`` are those of a tape measure; block ``sim`` draws better robots.
+Here its standard deviations become those of the estimator. Radii and the IMU have theirs by name;
+those of a wheel's position (x, y) and roller angle act through the rows A of the wheel law, and
+what they have in common, by least squares, is the relative error k of the column c (1 lateral,
+2 lever):
+
+    k_c = sum_i A_ic dA_ic / sum_i A_ic^2,    sigma(k_c)^2 = sum over wheels and parameters
+
+The part that wheels do not have in common stays unmodelled, as in the robot it is.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from mecanum_base.core.estimation.geometry import travel_per_radian
+from mecanum_base.core.estimation.tuning import EstimatorConfig
+from mecanum_base.core.kinematics.matrix import wheels_from_body
+from mecanum_base.core.kinematics.wheels import Wheels
+from mecanum_base.robot import Robot
+from mecanum_base.sim.imu_presets import PRESETS
+
+LEAST = 1e-6  # a standard deviation of 0 is no prior
+STEP = 1e-6  # m, rad: of the differences that stand for derivatives
+
+
+def told(robot: Robot) -> EstimatorConfig:
+    """Block ``estimator`` of this robot with the standard deviations by which ``sim`` draws it.
+
+    Raises TypeError for carriers: their rows have no rollers.
+    """
+    base, sim = robot.base, robot.sim
+    if not isinstance(base, Wheels):
+        raise TypeError(f'fixed wheels are needed, not {type(base).__name__}')
+    weight = travel_per_radian(base)[:, None]
+    nominal = weight * wheels_from_body(base)
+    variance = np.zeros(3)
+    for name, sigma in (('x', sim.position_error), ('y', sim.position_error),
+                        ('roller', sim.roller_error)):
+        values = getattr(base, name)
+        moved = dataclasses.replace(base, **{name: values + STEP})
+        change = (weight * wheels_from_body(moved) - nominal) / STEP
+        share = nominal * change / (nominal ** 2).sum(axis=0)
+        variance += ((share * sigma) ** 2).sum(axis=0)
+    errors = PRESETS[sim.imu_preset]
+    found = {
+        'radius_sigma': sim.common_radius_error, 'wheel_sigma': sim.radius_error,
+        'lateral_sigma': float(np.sqrt(variance[1])), 'lever_sigma': float(np.sqrt(variance[2])),
+        'gyro_scale_sigma': errors.gyro_sensitivity_error * sim.imu_error_scale,
+        'accel_scale_sigma': errors.accel_sensitivity_error * sim.imu_error_scale}
+    return dataclasses.replace(robot.estimator,
+                               **{key: max(value, LEAST) for key, value in found.items()})
