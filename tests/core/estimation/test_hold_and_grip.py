@@ -1,5 +1,7 @@
 """What slipping and standing wheels may say of the base, and when slip is seen to be over."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from staged_drive import (
@@ -23,6 +25,7 @@ from mecanum_base.core.estimation.layout import (
     HAVE_GYRO,
     KICK,
     LATE_RUN,
+    LEAN_GAIN,
     LOCKED_FOR,
     PENDING_T,
     PROBABILITY,
@@ -95,14 +98,15 @@ def test_acceleration_that_friction_of_the_sliding_wheels_cannot_explain(slips, 
     assert unfelt(memory) == pytest.approx(unexplained)
 
 
-@pytest.mark.parametrize(('alone', 'kick', 'all_slid', 'factor'), [
-    (1.0, 0.05, 0.0, np.exp(-3.0)),  # by hand: each of two wheels at 2 sigma exp(-(4 - 1)/2)
-    (1.0, 0.09, 0.0, 1.0),  # slip has changed at once by more than is left of it: it may be over
-    (1.0, 0.05, 1.0, 1.0),  # once all wheels have slid, the velocity may be off by much
-    (0.0, 0.05, 0.0, 1.0),  # wheels that grip hold the velocity
+@pytest.mark.parametrize(('alone', 'kick', 'all_slid', 'followed', 'factor'), [
+    (1.0, 0.05, 0.0, 0.6, np.exp(-3.0)),  # by hand: each of two wheels at 2 sigma exp(-(4 - 1)/2)
+    (1.0, 0.09, 0.0, 0.6, 1.0),  # slip has changed at once by more than is left: it may be over
+    (1.0, 0.05, 1.0, 0.6, 1.0),  # once all wheels have slid, the velocity may be off by much
+    (0.0, 0.05, 0.0, 0.6, 1.0),  # wheels that grip hold the velocity
+    (1.0, 0.05, 0.0, 0.4, 1.0),  # what tilt does to the accelerometer is not known
 ])
 def test_a_diagonal_whose_slip_came_slowly_does_not_grip_because_its_speed_is_doubted(
-        alone, kick, all_slid, factor):
+        alone, kick, all_slid, followed, factor):
     body = estimator()._filter
     model, memory = body.model, body.memory
     pair = (model.member == [0.0, 1.0, 1.0, 0.0]).all(axis=1)
@@ -110,6 +114,7 @@ def test_a_diagonal_whose_slip_came_slowly_does_not_grip_because_its_speed_is_do
     memory.wheel[[PROBABILITY, FLAT]] = np.array([[0.0, 1.0, 1.0, 0.0], [1.0, 1.0, 1.0, 1.0]])
     memory.wheel[SLIP], memory.wheel[SIGMA] = [0.0, 0.08, 0.08, 0.0], 1.0
     memory.m[LOCKED_FOR], memory.m[KICK], memory.m[ALL_SLID] = alone, kick, all_slid
+    memory.m[LEAN_GAIN] = followed
 
     def grips_again():
         prior = foresee(model, memory, 0.01)
@@ -136,6 +141,19 @@ def test_slip_of_a_diagonal_that_comes_slowly_is_believed_in_until_it_ends(rate,
     assert first < 3500  # a second after it began it is seen
     assert slips[(at > first) & (at < 4900)].all()
     assert not slips[at > 5500].any()
+
+
+def test_a_floor_that_tilts_unseen_for_long_is_soon_no_slip_any_more():
+    # an IMU without x and y gyro axes: 0.9 degrees from 3 to 6 s are a push of 0.15 m/s^2
+    along = staged(REST, (8.0, (0.5, 0.0, 0.0)))
+    samples = []
+    for s in imu(along):
+        accel, gyro = s.accel.copy(), s.gyro * [0.0, 0.0, 1.0]
+        accel[:2] += 0.15 * np.sqrt(0.5) * (3.0 < (s.stamp_ns - T0) * 1e-9 < 6.0)
+        samples.append(dataclasses.replace(s, accel=accel, gyro=gyro))
+    found = run(estimator(), merged(samples, frames(along, wheel_angles(along))))
+    # believed to be slip all the time it would cost 0.15 3^2/2 + 0.45 2 = 1.5 m
+    assert np.hypot(*(found[-1].pose[:2] - along.pose[-1, :2])) < 0.1 * 1.5
 
 
 def test_a_sudden_turn_back_of_all_wheels_is_slip_and_no_late_stamp():

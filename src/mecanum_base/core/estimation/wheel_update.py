@@ -36,6 +36,7 @@ from mecanum_base.core.estimation.layout import (
     KY,
     LATE,
     LATE_RUN,
+    LEAN_GAIN,
     LOCKED_FOR,
     LOOSE_FOR,
     PENDING_T,
@@ -58,6 +59,7 @@ CALM = 2.0  # standard deviations of a residual that is not worth a covariance s
 SURE = 0.99  # probability of grip above which the short path is taken
 LATE_SIGMA = 0.006  # s, size of a late stamp
 HELD_FACTOR = 1e-3  # for gripping again while something holds the base and slip stays the same
+FOLLOWED = 0.5  # share of the tilt seen by the gyro's x and y axes: what is left is no slip
 MISSING = 1.0  # m^2, variance that stands for a wheel without a reading
 
 
@@ -165,15 +167,17 @@ def foresee(model: Model, memory: Memory, T: float) -> FloatArray:
 
     Where only the IMU knows the velocity along a slip, its error is the same in the next frame:
     frame for frame the same doubt would add up to a grip. It is counted here once, as
-    exp(-(slip^2/sigma^2 - 1)/2). Not where the slip of a diagonal has changed at once by more than
-    is left of it: so it does when wheels grip.
+    exp(-(slip^2/sigma^2 - 1)/2). For a diagonal only where its slip has not changed at once by
+    more than is left of it, as it does when wheels grip, and where tilt is followed
+    (:mod:`.lean`): else every ramp looks like slow slip.
     """
     p = memory.mode
     step = min(T, 0.1)
     prior = p + step * (p @ model.change)
     stands = perhaps_held(memory)
     everything = memory.wheel[PROBABILITY].min() > 0.5
-    diagonal = memory.m[LOCKED_FOR] > 0.0 and memory.m[ALL_SLID] == 0.0
+    unheld = (memory.m[LOCKED_FOR] > 0.0 and memory.m[ALL_SLID] == 0.0
+              and memory.m[LEAN_GAIN] > FOLLOWED)
     for i in range(model.wheels):
         factor = 1.0
         if memory.each[PROBABILITY, i] > 0.5:
@@ -181,7 +185,7 @@ def foresee(model: Model, memory: Memory, T: float) -> FloatArray:
                 factor = model.regrip_factor
             if stands:
                 factor *= HELD_FACTOR
-            if everything or (diagonal and memory.m[KICK] < abs(memory.each[SLIP, i])):
+            if everything or (unheld and memory.m[KICK] < abs(memory.each[SLIP, i])):
                 off = memory.each[SLIP, i] / memory.each[SIGMA, i]
                 factor *= math.exp(-0.5 * min(max(off * off - 1.0, 0.0), 40.0))
         limit = model.creep_limit if memory.each[PROBABILITY, i] > 0.5 else memory.m[CREEPS]
