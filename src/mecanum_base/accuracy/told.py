@@ -9,7 +9,7 @@ what they have in common, by least squares, is the relative error k of the colum
 
     k_c = sum_i A_ic dA_ic / sum_i A_ic^2,    sigma(k_c)^2 = sum over wheels and parameters
 
-The part that wheels do not have in common stays unmodelled, as in the robot it is.
+What wheels do not have in common of it has no state in the estimator and stays out.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ STEP = 1e-6  # m, rad: of the differences that stand for derivatives
 
 
 def told(robot: Robot) -> EstimatorConfig:
-    """Block ``estimator`` of this robot with the standard deviations by which ``sim`` draws it.
+    """Block ``estimator`` of this robot with the standard deviations by which ``sim`` draws it,
+    all of them relative (no unit).
 
     Raises TypeError for carriers: their rows have no rollers.
     """

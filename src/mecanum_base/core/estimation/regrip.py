@@ -191,7 +191,10 @@ def watch_regrip(model: Model, memory: Memory, T: float) -> None:
 
 @part
 def known_to_grip(memory: Memory) -> bool:
-    """Has the base made the slip within so short a time that only its wheels can have done it?"""
+    """Has the base made the slip, and no longer than :data:`EARLY` ago?
+
+    Only asked where the slip has also come quickly; then only its wheels can have done it.
+    """
     return bool(memory.m[LOCKED_FOR] < EARLY and made_by_base(memory))
 
 

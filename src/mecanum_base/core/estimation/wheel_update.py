@@ -59,7 +59,7 @@ CALM = 2.0  # standard deviations of a residual that is not worth a covariance s
 SURE = 0.99  # probability of grip above which the short path is taken
 LATE_SIGMA = 0.006  # s, size of a late stamp
 HELD_FACTOR = 1e-3  # for gripping again while something holds the base and slip stays the same
-FOLLOWED = 0.5  # share of the tilt seen by the gyro's x and y axes: what is left is no slip
+FOLLOWED = 0.5  # gain of the gyro's x and y axes above which a tilting floor is no slow slip
 MISSING = 1.0  # m^2, variance that stands for a wheel without a reading
 
 
@@ -176,7 +176,7 @@ def foresee(model: Model, memory: Memory, T: float) -> FloatArray:
     prior = p + step * (p @ model.change)
     stands = perhaps_held(memory)
     everything = memory.wheel[PROBABILITY].min() > 0.5
-    unheld = (memory.m[LOCKED_FOR] > 0.0 and memory.m[ALL_SLID] == 0.0
+    by_imu = (memory.m[LOCKED_FOR] > 0.0 and memory.m[ALL_SLID] == 0.0
               and memory.m[LEAN_GAIN] > FOLLOWED)
     for i in range(model.wheels):
         factor = 1.0
@@ -185,7 +185,7 @@ def foresee(model: Model, memory: Memory, T: float) -> FloatArray:
                 factor = model.regrip_factor
             if stands:
                 factor *= HELD_FACTOR
-            if everything or (unheld and memory.m[KICK] < abs(memory.each[SLIP, i])):
+            if everything or (by_imu and memory.m[KICK] < abs(memory.each[SLIP, i])):
                 off = memory.each[SLIP, i] / memory.each[SIGMA, i]
                 factor *= math.exp(-0.5 * min(max(off * off - 1.0, 0.0), 40.0))
         limit = model.creep_limit if memory.each[PROBABILITY, i] > 0.5 else memory.m[CREEPS]
