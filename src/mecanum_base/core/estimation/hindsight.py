@@ -68,6 +68,7 @@ from mecanum_base.core.estimation.layout import (
     Memory,
 )
 from mecanum_base.core.estimation.model import Model
+from mecanum_base.core.estimation.propagation import SHAKEN
 from mecanum_base.core.parameter import FloatArray
 
 SLOTS = 65  # snapshots kept
@@ -278,7 +279,7 @@ def hidden(model: Model, memory: Memory, now: int, slot: int, slips: FloatArray)
     creep = HIDDEN_CREEP * push + model.creep_hard * push * push
     noise = max(model.accel_noise ** 2 + (model.accel_shake * math.hypot(memory.x[VX],
                                                                          memory.x[VY])) ** 2,
-                1.5 * float(m[SHAKE]))
+                SHAKEN * float(m[SHAKE]))
     var += noise * age + max(float(m[WANDER]), float(before[WANDER])) * age ** 3 / 3.0
     var += (0.015 * change) ** 2 + creep * creep
     tilt = 0.0  # variance of what turns with the base: offset less its part fixed to the sensor

@@ -10,6 +10,10 @@ the rest of the interval is chosen so that the whole interval integrates the mea
 (trapezoid): nothing is lost and nothing looks into the future. Sums of the motion since the last
 covariance step are kept for :mod:`.propagation`. Roll and pitch are not modelled: gravity leaking
 into x and y is part of the accelerometer bias.
+
+The noise density of the accelerometer, vibration included, is learnt from second differences of
+successive readings, mean over x and y of (a_k - 2 a_k-1 + a_k-2)^2 / 6: white noise counts whole,
+and what the base truly does, which the integral needs, counts for little.
 """
 
 from __future__ import annotations
@@ -29,6 +33,8 @@ from mecanum_base.core.estimation.layout import (
     GYRO,
     HAVE_ACCEL,
     HAVE_GYRO,
+    JUMP_X,
+    JUMP_Y,
     KAX,
     KAY,
     KG,
@@ -153,7 +159,9 @@ def read_imu(model: Model, memory: Memory, now: int, gyro: float, ax: float, ay:
             push_y = ((0.5 * (old_y + ay) * span - m[DONE_AY] - s[BAY] * rest) / (1.0 + s[KAY])
                       + spin * model.lever_y - change * model.lever_x)
             jump_x, jump_y, shake = ax - old_x, ay - old_y, m[SHAKE]
-            seen = 0.25 * (jump_x * jump_x + jump_y * jump_y) * span
+            bend_x, bend_y = jump_x - m[JUMP_X], jump_y - m[JUMP_Y]
+            m[JUMP_X], m[JUMP_Y] = jump_x, jump_y
+            seen = (bend_x * bend_x + bend_y * bend_y) * span / 12.0
             most = 8.0 * shake + model.accel_noise * model.accel_noise  # a knock is no vibration
             m[SHAKE] = shake + ((most if seen > most else seen) - shake) * span / _SHAKE_TIME
         clock[NOW] = now

@@ -33,6 +33,7 @@ import numpy as np
 from mecanum_base.core.estimation.acceleration import kernel
 from mecanum_base.core.estimation.geometry import hinge_increment
 from mecanum_base.core.estimation.layout import (
+    ALL_SLID,
     BAX,
     BAY,
     BG,
@@ -78,6 +79,9 @@ from mecanum_base.core.estimation.layout import (
 from mecanum_base.core.estimation.lean import GRAVITY, wander
 from mecanum_base.core.estimation.model import Model
 
+# times the noise learnt from the differences of the accelerometer: floor and contacts add to it,
+# and where no wheel grips doubt of the velocity is the only way back from a wrong one
+SHAKEN, SLIDING = 1.5, 2.4
 # traction that makes gripping wheels creep: a knock is none, nor is what no wheel can give
 EVEN_TIME = 0.1  # s
 KNOCK, LASTING, HARDEST = 0.7, 1.5, 3.0  # m/s^2, times the even acceleration, m/s^2
@@ -157,8 +161,9 @@ def spread(model: Model, memory: Memory) -> None:
     else:
         qg = (model.blind_turn * T) ** 2
     if m[HAVE_ACCEL] > 0.0:
+        shaken = SLIDING if m[ALL_SLID] > 0.0 else SHAKEN
         qa = trust * max(model.accel_noise ** 2 + (model.accel_shake * speed) ** 2,
-                         1.5 * m[SHAKE]) * T
+                         shaken * m[SHAKE]) * T
     else:
         qa = model.blind_push ** 2 * T
     rg, ra = math.sqrt(qg), math.sqrt(qa)
