@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip('rclpy')
 
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
@@ -31,6 +32,7 @@ class Robot:
         self.commands = outside.listen(JointState, 'wheel_commands')
         self.odom = outside.listen(Odometry, 'odom')
         self.truth = outside.listen(Odometry, 'ground_truth/odom', SENSOR)
+        self.reports = outside.listen(DiagnosticArray, '/diagnostics', 100)
         self.cmd_vel = outside.node.create_publisher(Twist, 'cmd_vel', 10)
         self.processes = {verb: self.start(verb) for verb in ('drive', 'sim', 'odometry')}
         outside.until(lambda: self.cmd_vel.get_subscription_count() and self.odom and self.truth
@@ -54,6 +56,17 @@ class Robot:
 
     def release(self):
         self.outside.node.destroy_timer(self.timer)
+
+    def until(self, condition, what):
+        """Wait for the condition; what the nodes report of themselves is part of the failure."""
+        try:
+            self.outside.until(condition, what)
+        except AssertionError as error:
+            last = {s.name: (round(time.monotonic() - at, 1), s.message,
+                             [(v.key, v.value) for v in s.values])
+                    for at, report in self.reports for s in report.status}
+            told = '\n'.join(f'{name}: {report}' for name, report in sorted(last.items()))
+            raise AssertionError(f'{error}\n(seconds ago, status)\n{told}') from None
 
     def x(self):
         return self.odom[-1][1].pose.pose.position.x
@@ -97,10 +110,10 @@ def assert_no_transform_twice(transforms):
     assert all(b > a for a, b in zip(stamps, stamps[1:]))
 
 
-def wait_for_stop(robot, outside, what):
+def wait_for_stop(robot, what):
     """The truth stands for 0.3 s: abrupt braking rocks the base first."""
-    outside.until(lambda: all(abs(m.twist.twist.linear.x) < 0.01 for _, m in robot.truth[-30:]),
-                  what)
+    robot.until(lambda: all(abs(m.twist.twist.linear.x) < 0.01 for _, m in robot.truth[-30:]),
+                what)
 
 
 def test_each_node_may_be_killed_and_come_back(robot, outside, tmp_path):
@@ -120,22 +133,22 @@ def test_each_node_may_be_killed_and_come_back(robot, outside, tmp_path):
 
     def go():
         outside.steer = lambda: goals.publish(far)  # again and again, until somebody listens
-        outside.until(lambda: robot.speed() > 0.1, 'the base to move')
+        robot.until(lambda: robot.speed() > 0.1, 'the base to move')
         outside.steer = None
 
     # hardware, at rest: odometry falls silent, and goes on at its pose with encoders and IMU
     robot.kill('sim')
-    outside.until(lambda: time.monotonic() - robot.odom[-1][0] > 0.5, 'odometry to fall silent')
+    robot.until(lambda: time.monotonic() - robot.odom[-1][0] > 0.5, 'odometry to fall silent')
     count, stood = len(robot.odom), robot.odom[-1][1]
     robot.processes['sim'] = robot.start('sim')
-    outside.until(lambda: len(robot.odom) > count + 20, 'odometry of the new hardware')
+    robot.until(lambda: len(robot.odom) > count + 20, 'odometry of the new hardware')
     again = robot.odom[-1][1]
     assert again.pose.pose.position.x == pytest.approx(stood.pose.pose.position.x, abs=0.1)
     assert again.pose.covariance[0] > 0.9 * stood.pose.covariance[0]  # not started anew
     go()
     # goal: cmd_vel falls silent, drive_node times out; the goal is forgotten
     robot.kill('goal')
-    wait_for_stop(robot, outside, 'drive_node to time out')
+    wait_for_stop(robot, 'drive_node to time out')
     assert not any(robot.commands[-1][1].velocity)
     robot.processes['goal'] = robot.start('goal')
     go()
@@ -145,27 +158,27 @@ def test_each_node_may_be_killed_and_come_back(robot, outside, tmp_path):
     assert robot.speed() > 0.1
     assert main(['record', '--recover', str(tmp_path / 'first')]) == 0
     # drive: nobody says zero, so the hardware must stop by itself
-    outside.until(lambda: robot.speed() > 0.1, 'the base to move')
+    robot.until(lambda: robot.speed() > 0.1, 'the base to move')
     robot.kill('drive')
-    wait_for_stop(robot, outside, 'the simulated hardware to stop')
+    wait_for_stop(robot, 'the simulated hardware to stop')
     assert any(robot.commands[-1][1].velocity)
     at = robot.x()
     robot.processes['drive'] = robot.start('drive')
-    outside.until(lambda: robot.speed() > 0.1, 'the base to move again')
-    outside.until(lambda: robot.x() > at + 0.05, 'odometry to go on')
+    robot.until(lambda: robot.speed() > 0.1, 'the base to move again')
+    robot.until(lambda: robot.x() > at + 0.05, 'odometry to go on')
     # odometry: goal_node stops without it; it starts anew at the origin, as at its first start
     robot.kill('odometry')
-    wait_for_stop(robot, outside, 'goal_node to stop the base')
+    wait_for_stop(robot, 'goal_node to stop the base')
     # what was on its way when it died is here by now: the next pose is of the new process
-    outside.until(lambda: time.monotonic() - robot.odom[-1][0] > 0.5, 'odometry to fall silent')
+    robot.until(lambda: time.monotonic() - robot.odom[-1][0] > 0.5, 'odometry to fall silent')
     count, before = len(robot.odom), robot.x()
     robot.processes['odometry'] = robot.start('odometry')
-    outside.until(lambda: len(robot.odom) > count + 20, 'odometry again')
+    robot.until(lambda: len(robot.odom) > count + 20, 'odometry again')
     begin = robot.odom[count][1]
     assert abs(begin.pose.pose.position.x) < 0.05 < before
     # the start-up covariance and the noise of a few samples
     assert begin.pose.covariance[0] < 10.0 * first.pose.covariance[0]
-    outside.until(lambda: robot.speed() > 0.1, 'the base to move again')
+    robot.until(lambda: robot.speed() > 0.1, 'the base to move again')
     stamps = [stamp_of(m) for _, m in robot.odom]
     assert all(b > a for a, b in zip(stamps, stamps[1:]))  # one source, no stamp twice
     assert_no_transform_twice(transforms)
