@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from mecanum_base.core.estimation.assembly import memory_of, model_of
 from mecanum_base.core.estimation.estimator import Estimator
 from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
 from mecanum_base.core.estimation.tuning import EstimatorConfig
@@ -52,6 +53,13 @@ def estimator(base=None, encoder=None, imu=None, tuning=None, smoothed=False):
     return Estimator(rectangle() if base is None else base,
                      encoder or EncoderConfig(counts_per_revolution=COUNTS),
                      imu or ImuConfig(), tuning or EstimatorConfig(), smoothed)
+
+
+def at_start(base=None, tuning=None):
+    """Constants and memory of the filter at its start."""
+    base, tuning = rectangle() if base is None else base, tuning or EstimatorConfig()
+    model = model_of(base, EncoderConfig(counts_per_revolution=COUNTS), ImuConfig(), tuning)
+    return model, memory_of(base, model, tuning)
 
 
 @dataclass

@@ -8,6 +8,7 @@ from staged_drive import (
     GRAVITY,
     RECTANGLE,
     T0,
+    at_start,
     estimator,
     frames,
     imu,
@@ -17,7 +18,6 @@ from staged_drive import (
     summed,
 )
 
-from mecanum_base.core.estimation.assembly import memory_of, model_of
 from mecanum_base.core.estimation.layout import (
     BAX,
     BAY,
@@ -34,8 +34,6 @@ from mecanum_base.core.estimation.layout import (
     WZ,
 )
 from mecanum_base.core.estimation.lean import follow, turn_offset, wander
-from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
-from mecanum_base.core.estimation.tuning import EstimatorConfig
 
 RAMP = math.radians(4.0)
 UP, LEVEL = 3.0, 4.0  # s: the nose goes down from here to there
@@ -44,10 +42,7 @@ DRIVE = staged((1.5, (0.0, 0.0, 0.0)), (4.0, (0.4, 0.0, 0.0)))
 
 @pytest.fixture
 def parts():
-    base = estimator()._base
-    model = model_of(base, EncoderConfig(counts_per_revolution=4096.0), ImuConfig(),
-                     EstimatorConfig())
-    return model, memory_of(base, model, EstimatorConfig())
+    return at_start()
 
 
 def ramp_readings(measured):

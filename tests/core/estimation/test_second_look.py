@@ -7,6 +7,7 @@ import pytest
 from staged_drive import (
     RECTANGLE,
     T0,
+    at_start,
     estimator,
     frames,
     imu,
@@ -19,7 +20,6 @@ from staged_drive import (
     summed,
 )
 
-from mecanum_base.core.estimation.assembly import memory_of, model_of
 from mecanum_base.core.estimation.frame import arm, step_frame
 from mecanum_base.core.estimation.hindsight import SLOTS, hidden, keep, suspect, usable, wait
 from mecanum_base.core.estimation.layout import (
@@ -40,9 +40,8 @@ from mecanum_base.core.estimation.layout import (
     K,
 )
 from mecanum_base.core.estimation.odometry import WheelOdometry
-from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
+from mecanum_base.core.estimation.sensors import EncoderConfig
 from mecanum_base.core.estimation.standstill import settle
-from mecanum_base.core.estimation.tuning import EstimatorConfig
 from mecanum_base.core.records import PoseSample
 
 REST = (0.9, (0.0, 0.0, 0.0))
@@ -122,23 +121,16 @@ def test_a_base_that_stands_does_not_move_in_odom_while_it_learns_its_biases():
     assert np.ptp(place, axis=0).max() < 1e-4  # the last corrections while driving run out
 
 
-def parts():
-    """Constants and memory of the filter at its start."""
-    base, tuning = estimator()._base, EstimatorConfig()
-    model = model_of(base, EncoderConfig(counts_per_revolution=4096.0), ImuConfig(), tuning)
-    return model, memory_of(base, model, tuning)
-
-
 @pytest.mark.parametrize('forced, calm', [(0.0, 1.0), (1.0, 0.0)])
 def test_frames_taken_once_more_are_all_judged_even_after_a_standstill(forced, calm):
-    model, memory = parts()
+    model, memory = at_start()
     memory.wheel[FORCED, 2] = forced  # as in a second look
     settle(memory, 4, np.zeros(4), model.resolution)
     assert memory.m[CALM] == calm
 
 
 def test_the_snapshot_found_is_the_oldest_one_of_the_age_asked_for():
-    _, memory = parts()
+    _, memory = at_start()
     random = np.random.default_rng(5)
     now, kept = T0, []
     for _ in range(400):  # frames about every 20 ms, some lost; the ring comes round
@@ -154,9 +146,9 @@ def test_the_snapshot_found_is_the_oldest_one_of_the_age_asked_for():
                 able[0] if able else -1)
 
 
-def sure_parts():
+def sure_at_start():
     """The same, its velocity known to 0.02 m/s and the offset of its accelerometer exactly."""
-    model, memory = parts()
+    model, memory = at_start()
     memory.P[VX, VX] = memory.P[VY, VY] = 0.02 ** 2
     memory.P[BAX, BAX] = memory.P[BAY, BAY] = 1e-8
     memory.clock[JUDGED] = T0
@@ -170,7 +162,7 @@ def snapshot(memory, stamp):
 
 
 def test_time_that_passes_at_rest_is_no_slip_when_the_base_starts():
-    model, memory = sure_parts()
+    model, memory = sure_at_start()
     memory.m[FIX_VX], memory.m[FIX_BX] = 0.001, -9.0  # m/s, m/s^2: corrected on the way here
     memory.clock[JUDGED] = T0 - 30_000_000  # calm frames since: the snapshot is younger
     slot = snapshot(memory, T0)
@@ -185,7 +177,7 @@ def test_time_that_passes_at_rest_is_no_slip_when_the_base_starts():
 
 @pytest.mark.parametrize(('turned', 'found'), [(0.0, False), (0.1, True)])
 def test_on_wheels_that_stand_a_wrong_offset_is_likelier_than_a_glide(turned, found):
-    model, memory = sure_parts()
+    model, memory = sure_at_start()
     slot = snapshot(memory, T0)
     memory.m[FIX_VX] = 0.1 * math.sqrt(2.0)  # 0.1 m/s along each roller axis
     memory.x[K + 4:K + 8] += turned
@@ -202,7 +194,7 @@ def test_on_wheels_that_stand_a_wrong_offset_is_likelier_than_a_glide(turned, fo
     (-0.08, 0.08, [0, 0, 0, 0]),  # one makes up for the other
 ])
 def test_what_the_filter_has_taken_for_creep_is_part_of_a_hidden_slip(corrected, crept, slips):
-    model, memory = sure_parts()
+    model, memory = sure_at_start()
     slot = snapshot(memory, T0)
     # m/s along the rollers of FR and RL, whose axes are (1, 1)/sqrt(2)
     memory.m[FIX_VX] = memory.m[FIX_VY] = corrected * math.sqrt(0.5)
@@ -218,7 +210,7 @@ def test_what_the_filter_has_taken_for_creep_is_part_of_a_hidden_slip(corrected,
     ([0.1, 0.2, 0.22], 960, 1050),  # since 0.48 s ago it is twice as much
 ])
 def test_it_goes_back_about_as_far_as_the_sums_show_slip(grown, oldest, youngest):
-    model, memory = sure_parts()
+    model, memory = sure_at_start()
     for i, sigma in ((VX, 0.005), (VY, 0.005), (BAX, 0.02), (BAY, 0.02)):
         memory.P[i, i] = sigma ** 2  # the offset alone: 1 and 2 cm/s in 0.48 and 0.96 s
     now = T0 + 1200_000_000
@@ -237,7 +229,7 @@ def test_it_goes_back_about_as_far_as_the_sums_show_slip(grown, oldest, youngest
 
 
 def test_a_frame_of_a_standstill_lets_time_pass():
-    model, memory = parts()
+    model, memory = at_start()
     settle(memory, 4, np.zeros(4), model.resolution)
     arm(model, memory, T0, np.zeros(4))
     memory.m[FIX_BX], memory.m[FIX_BY] = -0.9, 0.3

@@ -9,6 +9,7 @@ from staged_drive import (
     RADIUS,
     RECTANGLE,
     T0,
+    at_start,
     estimator,
     frames,
     imu,
@@ -19,7 +20,6 @@ from staged_drive import (
     summed,
 )
 
-from mecanum_base.core.estimation.assembly import memory_of, model_of
 from mecanum_base.core.estimation.layout import (
     BAX,
     BAY,
@@ -40,7 +40,6 @@ from mecanum_base.core.estimation.layout import (
     K,
 )
 from mecanum_base.core.estimation.propagation import spread
-from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
 from mecanum_base.core.estimation.tuning import EstimatorConfig
 from mecanum_base.core.platform.carriers import Carriers
 
@@ -51,9 +50,7 @@ ALONG = {count: np.array([[1, side] for side in sides]) * math.sqrt(0.5)
 
 
 def parts(base, creep=0.05):
-    tuning = EstimatorConfig(creep=creep)
-    model = model_of(base, EncoderConfig(counts_per_revolution=4096.0), ImuConfig(), tuning)
-    memory = memory_of(base, model, tuning)
+    model, memory = at_start(base, EstimatorConfig(creep=creep))
     memory.m[HAVE_GYRO] = memory.m[HAVE_ACCEL] = 1.0
     memory.m[SUM_T], memory.m[SUM_X], memory.x[VX] = 0.02, 0.01, 0.5  # 0.5 m/s for 20 ms
     return model, memory

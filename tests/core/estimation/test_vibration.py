@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from staged_drive import T0, estimator
+from staged_drive import T0, at_start
 
-from mecanum_base.core.estimation.assembly import memory_of, model_of
 from mecanum_base.core.estimation.inertial import read_imu
 from mecanum_base.core.estimation.layout import (
     ALL_SLID,
@@ -18,8 +17,6 @@ from mecanum_base.core.estimation.layout import (
     VY,
 )
 from mecanum_base.core.estimation.propagation import spread
-from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
-from mecanum_base.core.estimation.tuning import EstimatorConfig
 
 PERIOD = 5_000_000  # ns: 200 Hz
 COUNT = 4000
@@ -27,10 +24,7 @@ COUNT = 4000
 
 @pytest.fixture
 def parts():
-    base = estimator()._base
-    model = model_of(base, EncoderConfig(counts_per_revolution=4096.0), ImuConfig(),
-                     EstimatorConfig())
-    return model, memory_of(base, model, EstimatorConfig())
+    return at_start()
 
 
 def learnt(parts, ax, ay):
