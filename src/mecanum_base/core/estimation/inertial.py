@@ -12,8 +12,8 @@ covariance step are kept for :mod:`.propagation`. Roll and pitch are not modelle
 into x and y is part of the accelerometer bias.
 
 The noise density of the accelerometer, vibration included, is learnt from second differences of
-successive readings, mean over x and y of (a_k - 2 a_k-1 + a_k-2)^2 / 6: white noise counts whole,
-and what the base truly does, which the integral needs, counts for little.
+successive readings dt apart, mean over x and y of (a_k - 2 a_k-1 + a_k-2)^2 dt / 6, (m/s^2)^2/Hz:
+white noise counts whole, and what the base truly does, which the integral needs, for little.
 """
 
 from __future__ import annotations
