@@ -29,7 +29,7 @@ setup(
         (f'share/{NAME}', ['package.xml']),
         (f'share/{NAME}/config', glob('config/*.*')),
         (f'share/{NAME}/config/scenarios', glob('config/scenarios/*.yaml')),
-        (f'share/{NAME}/config/integration', glob('config/integration/*.yaml')),
+        (f'share/{NAME}/config/integration', glob('config/integration/*.*')),
         (f'share/{NAME}/launch', glob('launch/*.py')),
     ],
     zip_safe=True,

@@ -1,7 +1,10 @@
 """Surroundings of tests with real rclpy: strict messages, fast discovery, nothing shared.
 
 The variables are set when tests are collected, before the first participant of this process reads
-them. Discovery between processes takes up to 3 s by default; the profile makes it 0.2 s.
+them. Nodes talk by config/integration/fastdds_udp.xml, as robots should whose nodes may be killed:
+in Fast DDS's shared memory the successor of a killed node now and then hears nothing, a stopped
+one that holds a lock halts those who publish to it, and every killed one leaves its memory behind.
+Discovery between processes takes up to 3 s by default; here it is told to take 0.2 s.
 """
 
 import contextlib
@@ -14,6 +17,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 import pytest
@@ -23,19 +27,18 @@ from mecanum_base import robot_file
 # without rclpy the rest of the suite still runs
 collect_ignore_glob = [] if importlib.util.find_spec('rclpy') else ['test_*.py']
 
-_PROFILE = """<?xml version="1.0" encoding="UTF-8" ?>
-<dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"><profiles>
- <participant profile_name="quick" is_default_profile="true"><rtps><builtin><discovery_config>
+_QUICK_DISCOVERY = """<discovery_config>
   <leaseAnnouncement><sec>0</sec><nanosec>100000000</nanosec></leaseAnnouncement>
   <initialAnnouncements><count>10</count><period><sec>0</sec><nanosec>50000000</nanosec></period>
   </initialAnnouncements>
- </discovery_config></builtin></rtps></participant></profiles></dds>
-"""
+ </discovery_config>"""
+_SHIPPED_PROFILE = robot_file.shipped() / 'integration' / 'fastdds_udp.xml'
 _SCRATCH = tempfile.TemporaryDirectory(prefix='mecanum_base_ros_')
 _profile_file = pathlib.Path(_SCRATCH.name, 'discovery.xml')
-_profile_file.write_text(_PROFILE)
+_profile_file.write_text(_SHIPPED_PROFILE.read_text(encoding='utf-8').replace(
+    '<builtin>', f'<builtin>{_QUICK_DISCOVERY}'))
 os.environ['ROS_PYTHON_CHECK_FIELDS'] = '1'
-os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SYSTEM_DEFAULT'  # what the profile says
 os.environ['ROS_LOG_DIR'] = _SCRATCH.name
 os.environ['FASTRTPS_DEFAULT_PROFILES_FILE'] = str(_profile_file)
 
@@ -114,6 +117,14 @@ class Process:
     def send(self, number):
         """Send a signal."""
         self.process.send_signal(number)
+
+    def pause(self, seconds):
+        """Stop it now and let it go on later, whatever the caller does in between.
+
+        The caller may itself have to wait for it: for a lock that it holds, or a full buffer.
+        """
+        self.send(signal.SIGSTOP)
+        threading.Timer(seconds, self.send, [signal.SIGCONT]).start()
 
     @property
     def ended(self):

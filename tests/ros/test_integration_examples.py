@@ -1,4 +1,4 @@
-"""Every file of config/integration, driven with the messages and the QoS of the other side.
+"""Every robot file of config/integration, driven with the messages and the QoS of the other side.
 
 A stand-in for the hardware follows wheel_commands exactly and answers as the other side would; the
 robot drives a little arc, and the odometry has to end where kinematics says.

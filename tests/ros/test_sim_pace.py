@@ -100,20 +100,11 @@ def test_four_times_real_time_with_a_starved_drive_node_does_not_stop_the_wheels
           '-p', 'sim.command_timeout:=0.6')
     drive = start('-m', 'mecanum_base', 'drive', '--robot', robot_path, '--ros-args',
                   '-p', 'use_sim_time:=true', '-p', 'drive.command_timeout:=4.0')
-    for _ in range(6):
-        outside.until(lambda: truth and truth[-1][1].twist.twist.linear.x > 0.19,
-                      'the base to move')
-        first = len(truth), len(wheels), len(clock)
-        for _ in range(2):
-            drive.send(signal.SIGSTOP)
-            outside.wait(0.25)
-            drive.send(signal.SIGCONT)
-            outside.wait(0.25)
-        heard = [at for at, _ in wheels[first[1] - 1:]]
-        silent = max(b - a for a, b in zip(heard, heard[1:]))
-        if silent < 0.5:  # busy machines starve it longer now and then: that is another case
-            break
-    assert silent < 0.5
+    outside.until(lambda: truth and truth[-1][1].twist.twist.linear.x > 0.19, 'the base to move')
+    first = len(truth), len(wheels), len(clock)
+    for _ in range(2):
+        drive.pause(0.25)
+        outside.wait(0.5)
     assert min(m.twist.twist.linear.x for _, m in truth[first[0]:]) > 0.18
     assert min(min(m.velocity) for _, m in wheels[first[1]:]) > 3.5  # rad/s; 0.2 m/s is 4.0
     times = [m.clock.sec + 1e-9 * m.clock.nanosec for _, m in clock[first[2]:]]

@@ -50,6 +50,8 @@ ELSEWHERE = {
     r'make ': '.ci/run: make demo, make test',
     r'colcon build --packages-select mecanum_base$': '.ci/run: colcon build',
     r'\. \.venv/bin/activate$': '.ci/setup_venv.py: -m',
+    r'export ROS_AUTOMATIC_DISCOVERY_RANGE=': 'tests/ros/conftest.py: SYSTEM_DEFAULT',
+    r'export FASTRTPS_DEFAULT_PROFILES_FILE=': 'tests/ros/conftest.py: fastdds_udp.xml',
     r'dask (scheduler|worker tcp://host:8786)$': 'tests/bag/test_findings.py: scheduler_address',
     r'mecanum analyze .*--scheduler': 'tests/bag/test_findings.py: scheduler_address',
     # needs recordings of others, which are not in this project
