@@ -6,8 +6,9 @@ A wheel may grip again only when its slip speed has stopped changing: constant c
 be told from rolling, so the slope of the slip speed decides, not its size. Where the slip of a
 diagonal has come slowly and has not changed at once since by as much as it is, it must besides be
 within the doubt of the velocity (:mod:`.wheel_update`). While a direction is held by no gripping
-wheel, the velocity along it becomes uncertain like unmodelled tilt,
-sigma = drift_apart * t; after ``patience`` seconds without any grip the accelerometer is trusted
+wheel, the velocity along it becomes uncertain like unmodelled tilt, sigma = drift_apart * t. Slip
+that stays the same for long, or whatever the wheels do (:mod:`.indifference`), is taken for an
+error of the velocity. After ``patience`` seconds without any grip the accelerometer is trusted
 less and less, until the wheels win again: no gate without a way back.
 """
 
@@ -18,6 +19,7 @@ import math
 import numpy as np
 
 from mecanum_base.core.estimation.acceleration import kernel, part
+from mecanum_base.core.estimation.indifference import follows
 from mecanum_base.core.estimation.layout import (
     ANGLE,
     CHANGE,
@@ -56,7 +58,8 @@ FROZEN_STEP = 0.25  # counts a wheel may move in a frame and be frozen
 GLIDE_TIME = 4.0  # s of unchanging slip until it is doubted
 GLIDE_PUSH = 0.4  # m/s^2 of it that is not noticed
 GLIDE_SPEED = 0.1  # m/s gained beyond it with unchanging slip until that is doubted
-GLIDE_RATE = 0.3  # s in which doubt reaches half the slip speed
+GLIDE_DOUBT = 1.2  # s in which doubt reaches the slip speed
+FOLLOW_DOUBT = 0.05  # s of it where the base follows its wheels
 KINK = 3  # frames averaged on either side to see that a change has just ended
 KINK_BEFORE = 0.1  # m/s of change between the long means
 KINK_AFTER = 0.02  # m/s of change between the short means that counts as none
@@ -159,8 +162,8 @@ def unfelt(memory: Memory) -> float:
 
 
 @kernel
-def frictionless(memory: Memory, T: float) -> float:
-    """Variance (m/s)^2 to add because the slip believed in does not change.
+def frictionless(memory: Memory, T: float) -> bool:
+    """Has the slip believed in stayed the same for too long, T s after the last frame?
 
     Friction acts on wheels that slide and changes their slip; where wheels turn and all their
     slip speeds stay the same while the base moves on, it is the velocity that is wrong. Wheels
@@ -176,9 +179,27 @@ def frictionless(memory: Memory, T: float) -> float:
         m[GLIDING] += max(0.0, unfelt(memory) - GLIDE_PUSH) * T / GLIDE_SPEED
     else:
         m[GLIDING] = 0.0
-    if m[GLIDING] < 1.0:
-        return 0.0
-    return float((0.5 * slides.max()) ** 2 * T / GLIDE_RATE)
+    return bool(m[GLIDING] >= 1.0)
+
+
+@kernel
+def doubt(model: Model, memory: Memory, share: float) -> None:
+    """Let the velocity grow uncertain along d = A+ s, m/s, as if this slip were an error of it.
+
+        u = d / |d|         c = P_v u / (u' P_v u)          P += share |d|^2 c c'
+
+    c is what has gone wrong with each m/s along u: that error is as old as the slip, and what it
+    has done to the pose grows with it, to be undone once the wheels are believed again.
+    """
+    P = memory.P
+    lost = model.inverse @ memory.wheel[SLIP]
+    size = math.hypot(lost[0], lost[1])
+    if size < 1e-3:  # the wheels contradict each other: no velocity explains them
+        return
+    ux, uy = float(lost[0]) / size, float(lost[1]) / size
+    column = ux * P[:, VX] + uy * P[:, VY]
+    column /= ux * column[VX] + uy * column[VY]
+    P[:, :] += share * size * size * np.outer(column, column)
 
 
 @part
@@ -203,7 +224,11 @@ def unlock(model: Model, memory: Memory, T: float) -> None:
         return
     m[LOCKED_FOR] += T
     t = m[LOCKED_FOR]
-    grow = model.drift_apart ** 2 * t * T * 2.0 + frictionless(memory, T)
+    grow = model.drift_apart ** 2 * t * T * 2.0
+    if follows(model, memory, T):
+        doubt(model, memory, T / FOLLOW_DOUBT)
+    elif frictionless(memory, T):
+        doubt(model, memory, T / GLIDE_DOUBT)
     if mean + half < UNHELD:
         P[VX, VX] += grow
         P[VY, VY] += grow
