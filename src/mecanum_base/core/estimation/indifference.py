@@ -5,11 +5,11 @@
 s_i slip speed, w_i speed of wheel i along its roller axis, m/s, of the wheels believed to slide;
 means fade in 0.5 s, sums in 1 s; a slip that has just changed at once is not asked. A wheel that
 slides goes as fast as its motor wants it to: what it gains its slip gains, less what friction
-makes of the base meanwhile: simulated slip of nine kinds keeps r above 0.08. Where the base
+makes of the base meanwhile; of simulated slip of nine kinds r is 0.08 or more, but for one run of
+200, where a tilting floor happened to speed up the base as its wheels did (0.03). Where the base
 follows all that the wheels do, r < 0.06, they grip: what looks like slip is the velocity, wrong by
-that much, as after a slip that was over before it was seen. Where it cannot be wrong by that much,
-beyond six standard deviations of it, a base on a tilted floor happens to gain what its wheels do
-(seen once in 200 runs).
+that much, as after a slip that was over before it was seen. It is left alone where it cannot be
+wrong by that much, beyond six standard deviations of it, as in that one run.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from mecanum_base.core.estimation.model import Model
 LEAST_SLIP = 0.1  # m/s
 MEAN_TIME = 0.5  # s
 SUM_TIME = 1.0  # s
-FOLLOWS = 0.06  # least r of slip
+FOLLOWS = 0.06  # r below which the base follows
 SIGMAS = 6.0  # of the velocity, within which it may be wrong
 SPEAKS = 0.002  # m^2/s, sum of the wheels' changes that says something: 0.05 m/s for a second
 
