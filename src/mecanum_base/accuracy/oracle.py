@@ -1,10 +1,10 @@
 """The oracle: an error-state filter on the same sensors that is told the true slip.
 
     state   pose (x, y, yaw), body velocity (vx, vy), gyro bias, accelerometer bias (2),
-            scale errors of gyro and accelerometer (2), of lateral travel and lever arms, travel
-            phi_i of each wheel as it would be without slip, radius error k_i of each wheel
+            scale errors of gyro and accelerometer (2) and of lever arms, travel phi_i of each
+            wheel as it would be without slip, its radius error k_i and lateral error e_i
     motion  wz = (gyro - bg)/(1 + kg),  a = (accel - ba)/(1 + ka)  mean readings over a frame
-    wheels  phi_i' = (A_i1 vx + A_i2 (1 + kY) vy + A_i3 (1 + kL) wz)/(1 + k_i)
+    wheels  phi_i' = (A_i1 vx + A_i2 (1 + e_i) vy + A_i3 (1 + kL) wz)/(1 + k_i)
             z_i = phi_i + noise             z_i: measured travel along the roller axis [m]
 
 What it knows beyond the sensors, by ``told``:
@@ -36,7 +36,7 @@ from mecanum_base.sim.headless import Run
 
 TOLD = ('travel', 'times')
 SLIDING = 0.03  # m/s at which 'times' calls a wheel slipping
-_X, _Y, _YAW, _VX, _VY, _BG, _BA, _KG, _KA, _KY, _KL, _PHI = 0, 1, 2, 3, 4, 5, 6, 8, 9, 11, 12, 13
+_X, _Y, _YAW, _VX, _VY, _BG, _BA, _KG, _KA, _KL, _PHI = 0, 1, 2, 3, 4, 5, 6, 8, 9, 11, 12
 _FREE = 3.0  # m/s
 _GYRO_SHAKE, _ACCEL_SHAKE = 7e-4, 0.03  # noise densities per m/s of speed
 _GYRO_WALK, _ACCEL_WALK = 1e-5, 0.04  # rad/s/rt(s); m/s^2/rt(s), floor slope included
@@ -46,7 +46,7 @@ _EXCENTRIC, _JITTER = 4e-4, 2e-4  # m, s
 
 
 class Oracle:
-    """Filter over W fixed wheels; ``x`` (13 + 2 W,) and covariance ``P``."""
+    """Filter over W fixed wheels; ``x`` (12 + 3 W,) and covariance ``P``."""
 
     def __init__(self, robot: Robot, told: str) -> None:
         if told not in TOLD:
@@ -55,19 +55,22 @@ class Oracle:
         count = len(self._rows)
         self._phi = slice(_PHI, _PHI + count)
         self._scale = slice(_PHI + count, _PHI + 2 * count)
-        size = _PHI + 2 * count
+        self._side = slice(_PHI + 2 * count, _PHI + 3 * count)
+        size = _PHI + 3 * count
         self.x: FloatArray = np.zeros(size)
         sigma = np.full(size, 1e-6)
         sigma[_VX:_VY + 1] = 1e-3
         sigma[_BG], sigma[_BA:_BA + 2] = config.gyro_bias_sigma, config.accel_bias_sigma
         sigma[_KG], sigma[_KA:_KA + 2] = config.gyro_scale_sigma, config.accel_scale_sigma
-        sigma[_KY], sigma[_KL] = config.lateral_sigma, config.lever_sigma
+        sigma[_KL], sigma[self._side] = config.lever_sigma, config.roller_sigma
         sigma[self._scale] = config.wheel_sigma
         self.P: FloatArray = np.diag(sigma**2)
         self.P[self._scale, self._scale] += config.radius_sigma**2
+        self.P[self._side, self._side] += config.lateral_sigma**2
         counts, _ = robot.encoder.for_wheels(count)
         quantum = travel_per_radian(robot.base) * 2.0 * math.pi / counts
         self._radius_places = (np.arange(count) + _PHI) * size + np.arange(count) + _PHI + count
+        self._side_places = self._radius_places + count
         self._fixed = np.diag(quantum**2 / 12.0 + _EXCENTRIC**2)
         self._gyro_noise, self._accel_noise = config.gyro_noise, config.accel_noise
         self._travel_noise = _TRAVEL_NOISE[told]
@@ -85,7 +88,7 @@ class Oracle:
         c, s = math.cos(theta + 0.5 * angle), math.sin(theta + 0.5 * angle)
         dx, dy = (c * mx - s * my) * dt, (s * mx + c * my) * dt
         radius = 1.0 + x[self._scale]
-        speed = (rows[:, 0] * mx + rows[:, 1] * (1.0 + x[_KY]) * my
+        speed = (rows[:, 0] * mx + rows[:, 1] * (1.0 + x[self._side]) * my
                  + rows[:, 2] * (1.0 + x[_KL]) * wz) / radius
         F = np.eye(len(x))
         F[_YAW, _BG], F[_YAW, _KG] = -dt, -angle
@@ -99,7 +102,8 @@ class Oracle:
                 F[_VX + axis, _KA + axis] = -push[axis] * dt
         F[self._phi, _VX], F[self._phi, _VY] = rows[:, 0] * dt, rows[:, 1] * dt
         F[self._phi, _BG], F[self._phi, _KG] = -rows[:, 2] * dt, -rows[:, 2] * angle
-        F[self._phi, _KY], F[self._phi, _KL] = rows[:, 1] * my * dt, rows[:, 2] * angle
+        F[self._phi, _KL] = rows[:, 2] * angle
+        F.ravel()[self._side_places] = rows[:, 1] * my * dt
         F.ravel()[self._radius_places] = -speed * dt
         felt = min(1.5, math.hypot(mx, my) + 0.2 * abs(wz))
         turn = _MISSING_TURN if missing else self._gyro_noise + _GYRO_SHAKE * felt

@@ -25,7 +25,7 @@ from staged_drive import (
     wheel_angles,
 )
 
-from mecanum_base.core.estimation.layout import KL, KY, LEAN_REST, K
+from mecanum_base.core.estimation.layout import KL, LEAN_REST, K
 from mecanum_base.core.estimation.odometry import WheelOdometry
 from mecanum_base.core.estimation.sensors import EncoderConfig
 from mecanum_base.core.estimation.tuning import EstimatorConfig
@@ -195,7 +195,8 @@ def test_without_an_imu_scales_are_not_learnt_but_stay_doubtful():
     model, memory = subject._filter.model, subject._filter.memory
     before = memory.x.copy(), memory.P.copy()
     run(subject, frames(motion, angles))
-    scales = [KY, KL, *range(K, K + model.wheels)]
+    w = model.wheels
+    scales = [KL, *range(K, K + w), *range(K + 3 * w, K + 4 * w)]
     assert np.array_equal(memory.x[scales], before[0][scales])
     assert np.allclose(memory.P[np.ix_(scales, scales)], before[1][np.ix_(scales, scales)],
                        rtol=1e-12, atol=0.0)
@@ -232,10 +233,12 @@ def test_without_an_imu_the_pose_carries_the_doubt_of_the_scales(speed):
     end = run(estimator(), frames(motion, wheel_angles(motion)))[-1]
     tuning = EstimatorConfig()
     # by hand: along a straight way L all radii together and the mean of four count, sideways the
-    # lateral scale too; across it yaw from the radii, sigma_w L/(2 lever), half of it times L
-    along = math.hypot(tuning.radius_sigma, tuning.wheel_sigma / 2,
-                       tuning.lateral_sigma * (speed[1] > 0)) * motion.path
-    turned = tuning.wheel_sigma * motion.path / (2 * LEVER)
+    # lateral scales too; across it yaw from what each wheel errs by, sigma_w L/(2 lever), half of
+    # it times L
+    sideways = speed[1] > 0
+    each = math.hypot(tuning.wheel_sigma, tuning.roller_sigma * sideways)
+    along = math.hypot(tuning.radius_sigma, each / 2, tuning.lateral_sigma * sideways) * motion.path
+    turned = each * motion.path / (2 * LEVER)
     first, second = (0, 1) if speed[0] > 0 else (1, 0)
     sigma = np.sqrt(end.pose_covariance.diagonal())
     # noise of rolling comes on top: 1.5 mm per root metre and wheel, a tenth of all this; the

@@ -16,6 +16,7 @@ from staged_drive import (
     wheel_angles,
 )
 
+from mecanum_base.core.estimation.doubt import wrong_along_slip
 from mecanum_base.core.estimation.indifference import follows
 from mecanum_base.core.estimation.layout import (
     FLAT,
@@ -28,7 +29,6 @@ from mecanum_base.core.estimation.layout import (
     VX,
     VY,
 )
-from mecanum_base.core.estimation.slip import doubt
 
 T = 0.01
 
@@ -107,7 +107,7 @@ def test_doubt_gives_back_what_a_wrong_velocity_has_done_to_the_pose():
     before = P.copy()
     twist = np.array([0.3, 0.0, 0.0])  # what all wheels slip
     memory.wheel[SLIP] = np.linalg.pinv(model.inverse) @ twist
-    doubt(model, memory, 0.5)
+    wrong_along_slip(model, memory, 0.5)
     assert P[VX, VX] == pytest.approx(4e-4 + 0.5 * 0.3 ** 2)
     assert P[PX, VX] == pytest.approx(2.0 * P[VX, VX])
     assert P[PX, PX] - before[PX, PX] == pytest.approx(4.0 * (P[VX, VX] - before[VX, VX]))
@@ -120,7 +120,7 @@ def test_wheels_that_contradict_each_other_raise_no_doubt():
     model, memory = at_start()
     before = memory.P.copy()
     memory.wheel[SLIP] = np.array([0.3, 0.3, -0.3, -0.3])
-    doubt(model, memory, 1.0)
+    wrong_along_slip(model, memory, 1.0)
     assert np.array_equal(memory.P, before)
 
 

@@ -315,11 +315,11 @@ def test_it_goes_back_to_before_the_slip_once_it_has_counted_for_long_enough():
 ])
 def test_wheels_known_to_grip_are_believed_against_an_imu_that_is_wrong_from_before(
         surely, sigma, believed_against):
-    _, memory = believed()
+    model, memory = believed()
     memory.wheel[FORCED, 1:3] = 1.0
     memory.wheel[SIGMA] = sigma
     before = memory.P.copy()
-    believe_wheels(memory, surely)
+    believe_wheels(model, memory, surely)
     # by hand: 0.2 m/s are more than three times 0.05 m/s; 0.08 m/s^2 make them in 2.5 s
     more = np.zeros(len(before))
     if believed_against:

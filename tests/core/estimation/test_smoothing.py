@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mecanum_base.core.estimation import smoothing, trail
-from mecanum_base.core.estimation.layout import BAX, PX, VX
+from mecanum_base.core.estimation.layout import BAX, BAY, PX, VX
 
 PERIOD, COUNT = 0.1, 30  # s, frames
 PUSH, READ = 0.3, 0.02  # m/s a step, m/s: noise of velocity and of its measurement
@@ -80,7 +80,7 @@ def test_the_transition_is_the_derivative_of_the_motion():
     """Central differences of an arc: velocity turns against the body, offset and bias enter it."""
     T, spin, push = 0.01, 0.8, 0.6
     row = np.zeros(trail.row_width(4))
-    row[:trail.S] = [1.0, 2.0, 0.3, 0.5, -0.2, 0.01, 0.0, 0.0, 0.0, 0.05, -0.02]
+    row[:trail.S] = [1.0, 2.0, 0.3, 0.5, -0.2, 0.01, 0.0, 0.0, 0.05, -0.02]
     row[[trail.WITH_GYRO, trail.WITH_ACCEL]] = 1.0
 
     def moved(x):
@@ -88,8 +88,8 @@ def test_the_transition_is_the_derivative_of_the_motion():
             h = T / 100
             turn, c, s = (spin - x[5]) / (1.0 + x[6]), np.cos(x[2]), np.sin(x[2])
             x = x + h * np.array([c * x[3] - s * x[4], s * x[3] + c * x[4], turn,
-                                  push - x[BAX] + turn * x[4], -x[10] - turn * x[3],
-                                  0.0, 0.0, 0.0, 0.0, turn * x[10], -turn * x[9]])
+                                  push - x[BAX] + turn * x[4], -x[BAY] - turn * x[3],
+                                  0.0, 0.0, 0.0, turn * x[BAY], -turn * x[BAX]])
         return x
 
     later = np.zeros_like(row)

@@ -34,7 +34,6 @@ from mecanum_base.core.estimation.layout import (
     KAY,
     KG,
     KL,
-    KY,
     LEAN_ZZ,
     M_SIZE,
     PAST,
@@ -104,26 +103,28 @@ def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: Estimat
         rest_travel=cells(np.maximum(1.5 * np.maximum(count, FINEST), REST_CREEP)),
         rest_gyro=0.02, rest_accel=0.25,
         ratio_window=0.5, ratio_travel=0.05,
-        unit=np.eye(K + 3 * base.count),
+        unit=np.eye(K + 4 * base.count),
         inverse=cells(np.array(np.linalg.pinv(rolling_rows(base)), dtype=np.float64)),
         carriers=(carrier_table(base) if isinstance(base, Carriers) else np.zeros((4, 0))),
     )
 
 
-def start_covariance(wheels: int, tuning: EstimatorConfig, resolution: FloatArray) -> FloatArray:
+def start_covariance(wheels: int, rollers: bool, tuning: EstimatorConfig,
+                     resolution: FloatArray) -> FloatArray:
     """Covariance (N, N) of a base that has just started: known pose, unknown biases."""
-    n = K + 3 * wheels
+    phi, creep, side, n = K + wheels, K + 2 * wheels, K + 3 * wheels, K + 4 * wheels
     sigma = np.zeros(n)
     sigma[[VX, VY]] = 0.1
     sigma[BG] = tuning.gyro_bias_sigma
     sigma[[BAX, BAY]] = TILT
-    sigma[KG], sigma[KY], sigma[KL] = (tuning.gyro_scale_sigma, tuning.lateral_sigma,
-                                       tuning.lever_sigma)
+    sigma[KG], sigma[KL] = tuning.gyro_scale_sigma, tuning.lever_sigma
     sigma[[KAX, KAY]] = tuning.accel_scale_sigma
-    sigma[K:K + wheels] = tuning.wheel_sigma
-    sigma[K + wheels:K + 2 * wheels] = resolution
+    sigma[K:phi] = tuning.wheel_sigma
+    sigma[phi:creep] = resolution
+    sigma[side:] = tuning.roller_sigma if rollers else 0.0
     covariance = np.diag(sigma ** 2)
-    covariance[K:K + wheels, K:K + wheels] += tuning.radius_sigma ** 2
+    covariance[K:phi, K:phi] += tuning.radius_sigma ** 2
+    covariance[side:, side:] += tuning.lateral_sigma ** 2
     for i, j in ((BAX, BSX), (BAY, BSY)):
         covariance[i:j + 1:j - i, i:j + 1:j - i] += tuning.accel_bias_sigma ** 2
     for i in (PX, PY):
@@ -135,7 +136,7 @@ def start_covariance(wheels: int, tuning: EstimatorConfig, resolution: FloatArra
 def memory_of(base: Base, model: Model, tuning: EstimatorConfig) -> Memory:
     """Working memory of a base that stands at 0, 0, 0."""
     w = model.wheels
-    n = K + 3 * w
+    n = K + 4 * w
     m = np.zeros(M_SIZE)
     m[JITTER] = START_JITTER ** 2
     m[STRETCH] = 1.0
@@ -144,7 +145,8 @@ def memory_of(base: Base, model: Model, tuning: EstimatorConfig) -> Memory:
     wheel = np.zeros((WHEEL_ROWS, w))
     wheel[FLAT] = 1.0
     wheel[SIGMA] = 1.0
-    parts = (np.zeros(n), start_covariance(w, tuning, model.resolution), m,
+    start = start_covariance(w, not isinstance(base, Carriers), tuning, model.resolution)
+    parts = (np.zeros(n), start, m,
              np.ascontiguousarray(rolling_rows(base)),
              np.array(base.initial_angle) if isinstance(base, Carriers) else np.zeros(0),
              np.eye(1, len(model.member))[0], wheel, np.zeros((2 * SLOPE, w)),

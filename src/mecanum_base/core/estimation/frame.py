@@ -21,7 +21,6 @@ from mecanum_base.core.estimation.layout import (
     HAVE_GYRO,
     JUDGED,
     KL,
-    KY,
     LAST_FRAME,
     LAST_IMU,
     LAST_YAW,
@@ -137,10 +136,10 @@ def calm(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, span: f
             or abs(m[SLOW_AX]) + abs(m[SLOW_AY]) > model.calm_push
             or m[HAVE_GYRO] == 0.0 or m[HAVE_ACCEL] == 0.0):
         return False
-    along, lateral = m[SUM_X], (1.0 + s[KY]) * m[SUM_Y]
-    lever = (1.0 + s[KL]) * m[SUM_YAW]
+    along, lateral, lever = m[SUM_X], m[SUM_Y], (1.0 + s[KL]) * m[SUM_YAW]
     for i in range(w):
-        rolled = axis[i, 0] * along + axis[i, 1] * lateral + axis[i, 2] * lever
+        gain = axis[i, 1] * (1.0 + s[K + 3 * w + i])
+        rolled = axis[i, 0] * along + gain * lateral + axis[i, 2] * lever
         r = z[i] - s[K + w + i] - (1.0 + s[K + i]) * rolled
         if not (valid[i] > 0.0 and abs(r) < memory.each[REACH, i]):
             return False

@@ -1,17 +1,20 @@
 """Where each quantity of the filter lives: the error state and the working memory.
 
-State x (N,), N = 15 + 3 W, W wheels:
+State x (N,), N = 14 + 4 W, W wheels:
 
     PX, PY, YAW         pose of base_link in odom                        m, m, rad
     VX, VY              velocity of base_link in its own axes            m/s
     BG, KG              gyro bias and scale error                        rad/s, 1
-    KY, KL              errors of lateral gain and of lever (yaw) gain   1
+    KL                  error of the lever (yaw) gain                    1
     BAX, BAY            accelerometer bias + gravity leak of a tilted base  m/s^2
     KAX, KAY            scale errors of the accelerometer                1
     BSX, BSY            the part of it that is fixed to the sensor       m/s^2
     K .. K+W            scale error of each wheel (radius)               1
     PHI .. PHI+W        travel each wheel would show if nothing slipped  m along its roller axis
     CREEP .. CREEP+W    slow creep of a gripping wheel under traction    m/s along its roller axis
+    SIDE .. SIDE+W      error of each wheel's lateral gain (its rollers) 1
+
+PHI = K + W, CREEP = K + 2 W, SIDE = K + 3 W.
 
 Travel is measured along the roller axis: z_i = r_i |sin d_i| * angle_i, and z_i' = A_i . twist
 without slip, where A_i = r_i |sin d_i| H_i has a unit vector in its first two entries.
@@ -23,7 +26,7 @@ from typing import NamedTuple
 
 from mecanum_base.core.parameter import FloatArray, IntArray
 
-PX, PY, YAW, VX, VY, BG, KG, KY, KL, BAX, BAY, KAX, KAY, BSX, BSY, K = range(16)
+PX, PY, YAW, VX, VY, BG, KG, KL, BAX, BAY, KAX, KAY, BSX, BSY, K = range(15)
 
 # scalars of the working memory (Memory.m)
 (HAVE_GYRO, HAVE_ACCEL, GYRO, ACC_X, ACC_Y, DONE_GYRO, DONE_AX, DONE_AY,
@@ -34,7 +37,7 @@ PX, PY, YAW, VX, VY, BG, KG, KY, KL, BAX, BAY, KAX, KAY, BSX, BSY, K = range(16)
  LEAN_GAIN, LEAN_SEEN, LEAN_RX, LEAN_RY, LEAN_EVEN, FIX_VX, FIX_VY, FIX_BX, FIX_BY, FIX_PX, FIX_PY,
  WANDER, GAP_X, GAP_Y, GAP_YAW, LATE_RUN, CALM,
  EVEN_AX, EVEN_AY, HELD_FOR, HIT, OVER_FOR, CREEPS, KICK, ALL_SLID, JUMP_X, JUMP_Y,
- STEP_SUM, SLIP_SUM, M_SIZE) = range(78)
+ STEP_SUM, SLIP_SUM, DOUBT_XX, DOUBT_XY, DOUBT_YY, M_SIZE) = range(81)
 
 # integers of the working memory (Memory.clock), nanoseconds unless said
 (NOW, LAST_IMU, LAST_FRAME, SLOPE_AT, SLOPE_FILL, LATEST, PAST_AT, PAST_FILL,

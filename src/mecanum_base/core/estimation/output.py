@@ -22,11 +22,13 @@ from mecanum_base.core.estimation.layout import (
     HAVE_GYRO,
     KG,
     LAST_FRAME,
+    LOOSE_FOR,
     PAST,
     PAST_AT,
     PAST_FILL,
     PAST_OLD,
     PAST_STAMP,
+    PROBABILITY,
     PX,
     PY,
     SIGMA,
@@ -44,6 +46,7 @@ from mecanum_base.core.parameter import FloatArray
 from mecanum_base.core.records import Estimate, SlipEstimate
 
 THRESHOLD = 0.045  # m/s along the roller axis: more is slip, less is creep
+LEFT_OVER = 0.015  # m/s, error of the velocity that a slip just over has left behind
 ROOT3 = math.sqrt(3.0)
 POSE, POSE_COV, TWIST, TWIST_COV, SLIP_TWIST, SLIP_COV, BODY, WHEELS = 0, 3, 12, 15, 24, 27, 36, 37
 # from WHEELS on: rate W, angle W, probability W, ratio W + 1
@@ -162,7 +165,10 @@ def judged(model: Model, memory: Memory) -> None:
         x += model.inverse[0, i] * speed
         y += model.inverse[1, i] * speed
         yaw += model.inverse[2, i] * speed
-        chance = slipping(speed, each[SIGMA, i])
+        size = abs(speed)
+        if m[LOOSE_FOR] > 0.0 and each[PROBABILITY, i] < 0.5:
+            size -= LEFT_OVER
+        chance = slipping(size, each[SIGMA, i])
         most = max(most, chance)
         entry[WHEELS + i] = speed / travel
         entry[WHEELS + w + i] = each[ANGLE, i] / travel

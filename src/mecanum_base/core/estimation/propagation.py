@@ -31,6 +31,7 @@ import math
 import numpy as np
 
 from mecanum_base.core.estimation.acceleration import kernel
+from mecanum_base.core.estimation.doubt import doubt_velocity
 from mecanum_base.core.estimation.geometry import hinge_increment
 from mecanum_base.core.estimation.layout import (
     ALL_SLID,
@@ -49,7 +50,6 @@ from mecanum_base.core.estimation.layout import (
     KAY,
     KG,
     KL,
-    KY,
     LOCKED_FOR,
     LOOSE_FOR,
     PX,
@@ -79,9 +79,10 @@ from mecanum_base.core.estimation.layout import (
 from mecanum_base.core.estimation.lean import GRAVITY, wander
 from mecanum_base.core.estimation.model import Model
 
-# times the noise learnt from the differences of the accelerometer: floor and contacts add to it,
-# and where no wheel grips doubt of the velocity is the only way back from a wrong one
-SHAKEN, SLIDING = 1.5, 2.4
+# times the noise learnt from the differences of the accelerometer: floor and contacts add to it.
+# Where all wheels slide there are no such contacts, but there doubt of the velocity is the only
+# way back from a wrong one: up to the second factor it is doubted besides
+SHAKEN, SLIDING, SLIDING_MOST = 1.5, 1.1, 2.4
 # traction that makes gripping wheels creep: a knock is none, nor is what no wheel can give
 EVEN_TIME = 0.1  # s
 KNOCK, LASTING, HARDEST = 0.7, 1.5, 3.0  # m/s^2, times the even acceleration, m/s^2
@@ -97,10 +98,10 @@ def spread(model: Model, memory: Memory) -> None:
     if T <= 0.0:
         return
     w = model.wheels
-    phi, creep, n = K + w, K + 2 * w, K + 3 * w
+    phi, creep, side, n = K + w, K + 2 * w, K + 3 * w, K + 4 * w
     turn = m[SUM_YAW]
-    lateral, lever = 1.0 + s[KY], 1.0 + s[KL]
-    path_x, path_y, path_turn = m[SUM_X], lateral * m[SUM_Y], lever * turn
+    lever = 1.0 + s[KL]
+    path_x, path_y, path_turn = m[SUM_X], m[SUM_Y], lever * turn
     decay = math.exp(-T / model.creep_time)
     even = T * m[STRETCH]  # s, without the jitter of the stamps
     slow_turn, slow_x, slow_y = m[SLOW_W] * even, m[SLOW_VX] * even, m[SLOW_VY] * even
@@ -136,8 +137,6 @@ def spread(model: Model, memory: Memory) -> None:
 
     blind = m[HAVE_GYRO] == 0.0
     if blind:
-        F[PX, KY] = sin * slow_y
-        F[PY, KY] = -cos * slow_y
         F[YAW, KL] = -slow_turn
     speed = min(1.5, math.hypot(end_x, end_y) + 0.2 * abs(turn) / T)
     share = T / (T + model.traction_time)
@@ -161,7 +160,11 @@ def spread(model: Model, memory: Memory) -> None:
     else:
         qg = (model.blind_turn * T) ** 2
     if m[HAVE_ACCEL] > 0.0:
-        shaken = SLIDING if m[ALL_SLID] > 0.0 else SHAKEN
+        shaken = SHAKEN
+        if m[ALL_SLID] > 0.0:
+            shaken = SLIDING
+            more = (SLIDING_MOST - SLIDING) * m[SHAKE] * T
+            doubt_velocity(memory, more, 0.0, more)
         qa = trust * max(model.accel_noise ** 2 + (model.accel_shake * speed) ** 2,
                          shaken * m[SHAKE]) * T
     else:
@@ -193,26 +196,28 @@ def spread(model: Model, memory: Memory) -> None:
     for i in range(w):
         a, b, c = axis[i, 0], axis[i, 1], axis[i, 2]
         slow, row = s[creep + i], phi + i
-        rolled = (1.0 + s[K + i]) * (a * path_x + b * path_y + c * path_turn)
+        gain = b * (1.0 + s[side + i])
+        rolled = (1.0 + s[K + i]) * (a * path_x + gain * path_y + c * path_turn)
         size[i] = max(abs(rolled), least)
         s[row] += (rolled + T * slow
                    + model.inverse[0, i] * drag_x + model.inverse[1, i] * drag_y)
         s[creep + i] = decay * slow
-        b_lateral, c_lever = b * lateral, c * lever
+        c_lever = c * lever
         F[row, VX] = a * even
-        F[row, VY] = b_lateral * even
+        F[row, VY] = gain * even
         F[row, BG] = -c_lever * even
         F[row, KG] = -c_lever * slow_turn
-        taken = a * slow_x + b_lateral * slow_y + c_lever * slow_turn
+        taken, sideways = a * slow_x + gain * slow_y + c_lever * slow_turn, b * slow_y
         if blind:
-            x, y = -taken * model.inverse[0, i], -taken * model.inverse[1, i]
-            F[PX, K + i] = cos * x - sin * y
-            F[PY, K + i] = sin * x + cos * y
-            F[YAW, K + i] = -taken * model.inverse[2, i]
+            x, y = -model.inverse[0, i], -model.inverse[1, i]
+            for k, moved in ((K + i, taken), (side + i, sideways)):
+                F[PX, k] = moved * (cos * x - sin * y)
+                F[PY, k] = moved * (sin * x + cos * y)
+                F[YAW, k] = -moved * model.inverse[2, i]
         else:
-            F[row, KY] = b * slow_y
             F[row, KL] = c * slow_turn
             F[row, K + i] = taken
+            F[row, side + i] = sideways
         F[row, creep + i] = even
         F[creep + i, creep + i] = decay
         G[row, 0] = half * a

@@ -120,7 +120,7 @@ def again(model: Model, memory: Memory, slot: int, slips: FloatArray, grip: int,
         at = count % TAPE
         stamp = memory.tape_ns[at, 0]
         if stamp >= grip:
-            believe_wheels(memory, surely)
+            believe_wheels(model, memory, surely)
             grip = NEVER
         if memory.tape_ns[at, 1] == FRAME:
             z, valid = np.empty(w), np.empty(w)

@@ -30,6 +30,7 @@ from __future__ import annotations
 import numpy as np
 
 from mecanum_base.core.estimation.acceleration import kernel, part
+from mecanum_base.core.estimation.doubt import admit
 from mecanum_base.core.estimation.hindsight import (
     BACK,
     SLOTS,
@@ -199,8 +200,8 @@ def known_to_grip(memory: Memory) -> bool:
 
 
 @part
-def believe_wheels(memory: Memory, surely: bool) -> None:
-    """From here on all wheels grip.
+def believe_wheels(model: Model, memory: Memory, surely: bool) -> None:
+    """From here on all wheels grip, and the velocity is as wrong as has been doubted.
 
     Where it is known from elsewhere that they do (``surely``) while the IMU says with more than 3
     sigma that they do not, the slip is older than the snapshot: velocity and offset of the
@@ -211,6 +212,7 @@ def believe_wheels(memory: Memory, surely: bool) -> None:
         slid = abs(memory.each[SLIP, i])
         if memory.each[FORCED, i] > 0.0 and slid > SIGMAS * memory.each[SIGMA, i]:
             off = max(off, slid)
+    admit(model, memory, np.zeros(model.wheels))
     if surely:
         set_free(memory, off)
     memory.wheel[FORCED] = 0.0

@@ -6,10 +6,11 @@ A wheel may grip again only when its slip speed has stopped changing: constant c
 be told from rolling, so the slope of the slip speed decides, not its size. Where the slip of a
 diagonal has come slowly and has not changed at once since by as much as it is, it must besides be
 within the doubt of the velocity (:mod:`.wheel_update`). While a direction is held by no gripping
-wheel, the velocity along it becomes uncertain like unmodelled tilt, sigma = drift_apart * t. Slip
-that stays the same for long, or whatever the wheels do (:mod:`.indifference`), is taken for an
-error of the velocity. After ``patience`` seconds without any grip the accelerometer is trusted
-less and less, until the wheels win again: no gate without a way back.
+wheel, the velocity along it is doubted like unmodelled tilt, sigma = drift_apart * t
+(:mod:`.doubt`). Slip that stays the same for long, or whatever the wheels do
+(:mod:`.indifference`), is taken for an error of the velocity. After ``patience`` seconds without
+any grip the accelerometer is trusted less and less, until the wheels win again: no gate without a
+way back.
 """
 
 from __future__ import annotations
@@ -19,6 +20,13 @@ import math
 import numpy as np
 
 from mecanum_base.core.estimation.acceleration import kernel, part
+from mecanum_base.core.estimation.doubt import (
+    doubt_held,
+    doubt_velocity,
+    forget_doubt,
+    velocity_covariance,
+    wrong_along_slip,
+)
 from mecanum_base.core.estimation.indifference import follows
 from mecanum_base.core.estimation.layout import (
     ANGLE,
@@ -27,7 +35,6 @@ from mecanum_base.core.estimation.layout import (
     FROZEN_FOR,
     GLIDING,
     KL,
-    KY,
     LATE,
     LOCKED_FOR,
     PENDING,
@@ -74,11 +81,13 @@ def measure(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: f
     late = m[LATE] > DOUBTED
     waited = m[PENDING_T]
     m[PENDING_T] = waited + T if late else 0.0
-    vx, vy, wz = s[VX], (1.0 + s[KY]) * s[VY], (1.0 + s[KL]) * m[WZ]
+    side = K + 3 * model.wheels
+    vx, vy, wz = s[VX], s[VY], (1.0 + s[KL]) * m[WZ]
     whole = waited + T
     gain = 1.0 - math.exp(-whole / SMOOTHING)
     for i in range(model.wheels):
-        speed = (1.0 + s[K + i]) * (axis[i, 0] * vx + axis[i, 1] * vy + axis[i, 2] * wz)
+        lateral = axis[i, 1] * (1.0 + s[side + i]) * vy
+        speed = (1.0 + s[K + i]) * (axis[i, 0] * vx + lateral + axis[i, 2] * wz)
         rolling = each[PENDING, i] + speed * T
         if late:  # the step belongs to another time: judge it with the next frame
             each[PENDING, i] = rolling
@@ -182,30 +191,10 @@ def frictionless(memory: Memory, T: float) -> bool:
     return bool(m[GLIDING] >= 1.0)
 
 
-@kernel
-def doubt(model: Model, memory: Memory, share: float) -> None:
-    """Let the velocity grow uncertain along d = A+ s, m/s, as if this slip were an error of it.
-
-        u = d / |d|         c = P_v u / (u' P_v u)          P += share |d|^2 c c'
-
-    c is what has gone wrong with each m/s along u: that error is as old as the slip, and what it
-    has done to the pose grows with it, to be undone once the wheels are believed again.
-    """
-    P = memory.P
-    lost = model.inverse @ memory.wheel[SLIP]
-    size = math.hypot(lost[0], lost[1])
-    if size < 1e-3:  # the wheels contradict each other: no velocity explains them
-        return
-    ux, uy = float(lost[0]) / size, float(lost[1]) / size
-    column = ux * P[:, VX] + uy * P[:, VY]
-    column /= ux * column[VX] + uy * column[VY]
-    P[:, :] += share * size * size * np.outer(column, column)
-
-
 @part
 def unlock(model: Model, memory: Memory, T: float) -> None:
     """Let the velocity grow uncertain along directions that no gripping wheel holds."""
-    m, P = memory.m, memory.P
+    m = memory.m
     xx = xy = yy = 0.0
     slips = False
     for i in range(model.wheels):
@@ -221,33 +210,33 @@ def unlock(model: Model, memory: Memory, T: float) -> None:
     if not slips or mean - half >= UNHELD:
         m[LOCKED_FOR] = 0.0
         m[GLIDING] = 0.0
+        forget_doubt(memory)
         return
     m[LOCKED_FOR] += T
     t = m[LOCKED_FOR]
     grow = model.drift_apart ** 2 * t * T * 2.0
     if follows(model, memory, T):
-        doubt(model, memory, T / FOLLOW_DOUBT)
+        wrong_along_slip(model, memory, T / FOLLOW_DOUBT)
     elif frictionless(memory, T):
-        doubt(model, memory, T / GLIDE_DOUBT)
+        wrong_along_slip(model, memory, T / GLIDE_DOUBT)
     if mean + half < UNHELD:
-        P[VX, VX] += grow
-        P[VY, VY] += grow
+        if held(memory):
+            doubt_held(model, memory, grow)
+        else:
+            doubt_velocity(memory, grow, 0.0, grow)
         return
     angle = 0.5 * math.atan2(2.0 * xy, xx - yy) + 0.5 * math.pi  # eigenvector of the smaller one
     ex, ey = math.cos(angle), math.sin(angle)
-    P[VX, VX] += grow * ex * ex
-    P[VX, VY] += grow * ex * ey
-    P[VY, VX] += grow * ex * ey
-    P[VY, VY] += grow * ey * ey
+    doubt_velocity(memory, grow * ex * ex, grow * ex * ey, grow * ey * ey)
 
 
 @part
 def uncertainty(model: Model, memory: Memory) -> None:
-    """Standard deviation (W,) m/s of each slip speed: sigma^2 = A_i P_v A_i' + (5 mm/s)^2."""
-    P, axis = memory.P, memory.axis
-    lateral = 1.0 + memory.s[KY]
-    xx, xy, yy = float(P[VX, VX]), float(P[VX, VY]), float(P[VY, VY])
+    """Standard deviation (W,) m/s of the slip speeds: A_i (P_v + D) A_i' + (5 mm/s)^2, root."""
+    axis = memory.axis
+    side = K + 3 * model.wheels
+    xx, xy, yy = velocity_covariance(memory)
     for i in range(model.wheels):
-        ax, ay = axis[i, 0], axis[i, 1] * lateral
+        ax, ay = axis[i, 0], axis[i, 1] * (1.0 + memory.s[side + i])
         variance = ax * ax * xx + 2.0 * ax * ay * xy + ay * ay * yy
         memory.each[SIGMA, i] = math.sqrt(max(variance, 0.0) + 25e-6)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mecanum_base.core.estimation.layout import KY, VX, VY
+from mecanum_base.core.estimation.layout import VX, VY
 from mecanum_base.core.estimation.output import ROOT3, THRESHOLD
 from mecanum_base.core.estimation.smoothing import TRACK, look_back
 from mecanum_base.core.estimation.trail import WAS_JUDGED, WAS_STILL, WHEELS
@@ -55,7 +55,7 @@ class Piece:
         rows = np.concatenate(self.parts)
         out, rows = look_back(self.stamp_ns, rows)[:count], rows[:count]
         x = rows[:, WHEELS + w:WHEELS + 2 * w]
-        y = rows[:, WHEELS + 2 * w:] * (1.0 + rows[:, KY:KY + 1])
+        y = rows[:, WHEELS + 2 * w:]
         dx, dy = (out[:, VX:VY + 1] - rows[:, VX:VY + 1]).T[:, :, None]
         moves = (rows[:, WAS_STILL] == 0.0)[:, None]
         speed = rows[:, WHEELS:WHEELS + w] - np.where(moves, x * dx + y * dy, 0.0)

@@ -120,15 +120,15 @@ def learn(model: Model, memory: Memory) -> None:
 def settle(memory: Memory, wheels: int, travel: FloatArray, resolution: FloatArray) -> None:
     """Enter standstill: hypotheses back to grip, every wheel anchored where it stands."""
     m, P = memory.m, memory.P
-    phi, creep, n = K + wheels, K + 2 * wheels, K + 3 * wheels
-    for i in range(phi, n):
+    phi, creep, side = K + wheels, K + 2 * wheels, K + 3 * wheels
+    for i in range(phi, side):
         P[i, :] = 0.0
         P[:, i] = 0.0
     for i in range(wheels):
         P[phi + i, phi + i] = resolution[i] ** 2
         P[creep + i, creep + i] = 1e-8
     memory.x[phi:creep] = travel
-    memory.x[creep:n] = 0.0
+    memory.x[creep:side] = 0.0
     memory.mode[:] = 0.0
     memory.mode[0] = 1.0
     memory.wheel[PROBABILITY] = 0.0

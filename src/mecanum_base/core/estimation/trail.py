@@ -5,10 +5,12 @@ frames it takes again are written anew. A row is final once no snapshot from bef
 any more. Nothing in the filter reads the trail: with room for no row (the live node) it costs
 next to nothing, and the odometry is the same either way.
 
-A row holds the first S = 11 states x and their covariance P after the frame, the same before it
+A row holds the first S = 10 states x and their covariance P after the frame, the same before it
 (x-, P-; only where the frame was judged), flags, and for every wheel what its slip needs:
 
     x (S) | P (S, S) | x- (S) | P- (S, S) | flags | slip speed (W) m/s | A_x (W) | A_y (W)
+
+with the lateral gains known by then in A_y.
 
 The pose is that of the filter, without the gap to what was published.
 """
@@ -30,11 +32,12 @@ from mecanum_base.core.estimation.layout import (
     SLIP,
     STILL,
     WZ,
+    K,
     Memory,
 )
 from mecanum_base.core.parameter import FloatArray, IntArray
 
-S = BAY + 1  # pose, velocity, gyro bias and scale, gains, accelerometer offset
+S = BAY + 1  # pose, velocity, gyro bias and scale, lever gain, accelerometer offset
 P_AFTER, X_BEFORE, P_BEFORE, FLAGS = S, S + S * S, 2 * S + S * S, 2 * (S + S * S)
 WAS_STILL, WAS_JUDGED, WITH_GYRO, WITH_ACCEL, TURN, WHEELS = range(FLAGS, FLAGS + 6)
 _LEAST = 256  # rows
@@ -73,7 +76,8 @@ def mark(memory: Memory) -> None:
     row[WITH_ACCEL] = m[HAVE_ACCEL]
     row[TURN] = m[WZ]
     row[WHEELS:WHEELS + w] = memory.wheel[SLIP]
-    row[WHEELS + w:WHEELS + 3 * w].reshape((2, w))[:, :] = rows[:, :2].T
+    row[WHEELS + w:WHEELS + 2 * w] = rows[:, 0]
+    row[WHEELS + 2 * w:WHEELS + 3 * w] = rows[:, 1] * (1.0 + memory.x[K + 3 * w:K + 4 * w])
     memory.trail_ns[count] = now
     memory.reel[REEL_ROWS] = count + 1
 

@@ -45,6 +45,9 @@ class EstimatorConfig:
     lateral_sigma: float = parameter(
         'float', '', 'relative error of sideways against forward travel', default=0.003, low=0.0,
         open_low=True)
+    roller_sigma: float = parameter(
+        'float', '', 'the same of each wheel against the others: of rollers at 45 degrees twice '
+        'the error of their angle in rad', default=0.003, low=0.0, open_low=True)
     lever_sigma: float = parameter(
         'float', '', 'relative error of the wheel lever arms in rotation', default=0.006, low=0.0,
         open_low=True)

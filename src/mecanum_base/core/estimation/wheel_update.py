@@ -4,8 +4,9 @@ Measurement of wheel i is its travel z_i, residual r = z - phi, covariance S0 = 
 
     R = diag(resolution^2) + tj^2 w w'      w = travel per second of each wheel, tj = stamp jitter
 
-Each hypothesis m says which wheels slip and how alike: S_m = S0 + T^2 V_m with a finite prior V_m
-of slip speeds (T = time since the last frame). One more says that the frame's stamp is late.
+Each hypothesis m says which wheels slip and how alike: S_m = S0 + T^2 (A D A' + V_m) with a finite
+prior V_m of slip speeds (T = time since the last frame) and the doubt D of the velocity
+(:mod:`.doubt`). One more says that the frame's stamp is late.
 Posterior by Bayes over all hypotheses at once; the update then treats a slipping wheel as knowing
 nothing (slip speed sigma 3 m/s), and mixes the hypotheses by moments:
 
@@ -23,6 +24,7 @@ import math
 import numpy as np
 
 from mecanum_base.core.estimation.acceleration import kernel, part
+from mecanum_base.core.estimation.doubt import admit, doubted_travel
 from mecanum_base.core.estimation.layout import (
     ALL_SLID,
     CREEPS,
@@ -33,7 +35,6 @@ from mecanum_base.core.estimation.layout import (
     JITTER,
     KICK,
     KL,
-    KY,
     LATE,
     LATE_RUN,
     LEAN_GAIN,
@@ -67,9 +68,10 @@ MISSING = 1.0  # m^2, variance that stands for a wheel without a reading
 def rolling_speed(memory: Memory, wheels: int) -> FloatArray:
     """Travel per second (W,) m/s of each wheel if it rolls with the present twist."""
     x = memory.x
-    twist = np.array([float(x[VX]), (1.0 + float(x[KY])) * float(x[VY]),
-                      (1.0 + float(x[KL])) * float(memory.m[WZ])])
-    speed: FloatArray = (1.0 + x[K:K + wheels]) * (memory.rows @ twist)
+    side = K + 3 * wheels
+    twist = np.array([float(x[VX]), float(x[VY]), (1.0 + float(x[KL])) * float(memory.m[WZ])])
+    lateral = memory.rows[:, 1] * x[side:side + wheels] * float(x[VY])
+    speed: FloatArray = (1.0 + x[K:K + wheels]) * (memory.rows @ twist + lateral)
     return speed
 
 
@@ -125,7 +127,7 @@ def mix(model: Model, memory: Memory, r: FloatArray, S: FloatArray, p: FloatArra
         late: float, late_cov: FloatArray) -> None:
     """Moment-matched update by all hypotheses; ``late`` is the probability of a late stamp."""
     w = model.wheels
-    phi, creep, n = K + w, K + 2 * w, K + 3 * w
+    phi, creep, n = K + w, K + 2 * w, K + 4 * w
     loose = (model.loose_sigma * T) ** 2
     extra = memory.wheel[EXTRA]
     C = np.ascontiguousarray(memory.P[:, phi:creep])
@@ -246,8 +248,9 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
         late_cov = (LATE_SIGMA ** 2 * speed).reshape(w, 1) * speed
         # where the frames before counted as late, slip may have lasted all that time
         whole = T + m[PENDING_T]
-        stack[:, :, :count] = S.reshape(w, w, 1) + (whole * whole) * model.likely
-        stack[:, :, count] = S + late_cov
+        doubted = S + doubted_travel(memory, whole)
+        stack[:, :, :count] = doubted.reshape(w, w, 1) + (whole * whole) * model.likely
+        stack[:, :, count] = doubted + late_cov
         score = log_likelihood(stack, r)
         # frames held up together come in twos; three in a row are no lateness
         lag = model.late_weight / (1.0 + float(m[LATE_RUN]) ** 10)
@@ -259,6 +262,8 @@ def judge(model: Model, memory: Memory, z: FloatArray, valid: FloatArray, T: flo
         score /= score.sum()
         late = float(score[count])
         p = score[:count].copy()
+        if admit(model, memory, p @ model.member):
+            S += memory.P[phi:creep, phi:creep] + model.reading - grip
         mix(model, memory, r, S, p, whole, late, late_cov)
         p[0] += late
         memory.mode[:] = p
