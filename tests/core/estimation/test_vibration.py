@@ -9,6 +9,9 @@ from staged_drive import T0, at_start
 from mecanum_base.core.estimation.inertial import read_imu
 from mecanum_base.core.estimation.layout import (
     ALL_SLID,
+    DOUBT_XX,
+    DOUBT_XY,
+    DOUBT_YY,
     HAVE_ACCEL,
     SHAKE,
     STRETCH,

@@ -28,7 +28,6 @@ from mecanum_base.core.estimation.layout import (
     PAST_FILL,
     PAST_OLD,
     PAST_STAMP,
-    PROBABILITY,
     PX,
     PY,
     SIGMA,
@@ -46,6 +45,7 @@ from mecanum_base.core.parameter import FloatArray
 from mecanum_base.core.records import Estimate, SlipEstimate
 
 THRESHOLD = 0.045  # m/s along the roller axis: more is slip, less is creep
+GRIPS = 0.7  # probability that all wheels grip
 LEFT_OVER = 0.015  # m/s, error of the velocity that a slip just over has left behind
 ROOT3 = math.sqrt(3.0)
 POSE, POSE_COV, TWIST, TWIST_COV, SLIP_TWIST, SLIP_COV, BODY, WHEELS = 0, 3, 12, 15, 24, 27, 36, 37
@@ -159,6 +159,7 @@ def judged(model: Model, memory: Memory) -> None:
         entry[first + 3] = xy
         entry[first + 4] = yy + floor
         entry[first + 8] = turn + floor
+    settles = m[LOOSE_FOR] > 0.0 and memory.mode[0] > GRIPS
     most = x = y = yaw = 0.0
     for i in range(w):
         speed, travel = each[SLIP, i], float(model.travel[i])
@@ -166,7 +167,7 @@ def judged(model: Model, memory: Memory) -> None:
         y += model.inverse[1, i] * speed
         yaw += model.inverse[2, i] * speed
         size = abs(speed)
-        if m[LOOSE_FOR] > 0.0 and each[PROBABILITY, i] < 0.5:
+        if settles:
             size -= LEFT_OVER
         chance = slipping(size, each[SIGMA, i])
         most = max(most, chance)
