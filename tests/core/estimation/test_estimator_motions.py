@@ -237,7 +237,8 @@ def test_without_an_imu_the_pose_carries_the_doubt_of_the_scales(speed):
     # it times L
     sideways = speed[1] > 0
     each = math.hypot(tuning.wheel_sigma, tuning.roller_sigma * sideways)
-    along = math.hypot(tuning.radius_sigma, each / 2, tuning.lateral_sigma * sideways) * motion.path
+    shared = math.hypot(tuning.radius_sigma, tuning.lateral_sigma * sideways)
+    along = math.hypot(shared, each / 2) * motion.path
     turned = each * motion.path / (2 * LEVER)
     first, second = (0, 1) if speed[0] > 0 else (1, 0)
     sigma = np.sqrt(end.pose_covariance.diagonal())

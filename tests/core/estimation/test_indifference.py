@@ -16,18 +16,14 @@ from staged_drive import (
     wheel_angles,
 )
 
-from mecanum_base.core.estimation.doubt import wrong_along_slip
 from mecanum_base.core.estimation.indifference import follows
 from mecanum_base.core.estimation.layout import (
     FLAT,
     LOCKED_FOR,
     PROBABILITY,
-    PX,
     SIGMA,
     SLIP,
     STEP,
-    VX,
-    VY,
 )
 
 T = 0.01
@@ -96,32 +92,6 @@ def test_what_was_before_a_change_of_slip_is_forgotten():
 
     assert not told(slip, sways, lambda t: 1.0)[100:130].any()
     assert told(slip, sways, lambda t: float(not 0.95 < t < 1.05))[140:].any()
-
-
-def test_doubt_gives_back_what_a_wrong_velocity_has_done_to_the_pose():
-    """A velocity wrong since 2 s: 1 m/s of it is 2 m of way. By hand: that ratio stays."""
-    model, memory = at_start()
-    P = memory.P
-    P[:, :] = 1e-8 * np.eye(len(P))
-    P[VX, VX], P[PX, VX], P[VX, PX], P[PX, PX] = 4e-4, 8e-4, 8e-4, 17e-4
-    before = P.copy()
-    twist = np.array([0.3, 0.0, 0.0])  # what all wheels slip
-    memory.wheel[SLIP] = np.linalg.pinv(model.inverse) @ twist
-    wrong_along_slip(model, memory, 0.5)
-    assert P[VX, VX] == pytest.approx(4e-4 + 0.5 * 0.3 ** 2)
-    assert P[PX, VX] == pytest.approx(2.0 * P[VX, VX])
-    assert P[PX, PX] - before[PX, PX] == pytest.approx(4.0 * (P[VX, VX] - before[VX, VX]))
-    assert P[VY, VY] == pytest.approx(before[VY, VY])
-    assert np.array_equal(P, P.T)
-
-
-def test_wheels_that_contradict_each_other_raise_no_doubt():
-    """The front wheels ahead as much as the rear ones behind: no motion of the base does that."""
-    model, memory = at_start()
-    before = memory.P.copy()
-    memory.wheel[SLIP] = np.array([0.3, 0.3, -0.3, -0.3])
-    wrong_along_slip(model, memory, 1.0)
-    assert np.array_equal(memory.P, before)
 
 
 REST = (0.9, (0.0, 0.0, 0.0))

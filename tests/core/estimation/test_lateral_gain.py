@@ -1,0 +1,60 @@
+"""A roller that stands askew: its wheel turns otherwise when the base goes sideways, only then."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from staged_drive import RECTANGLE, at_start, drive, miss, staged
+
+from mecanum_base.core.estimation.assembly import memory_of, model_of
+from mecanum_base.core.estimation.layout import KG, KL, K
+from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
+from mecanum_base.core.estimation.tuning import EstimatorConfig
+from mecanum_base.robot_file import load_robot, shipped
+
+SIDE = slice(K + 12, K + 16)
+ASKEW = np.array([1.0, 1.0, -1.0, -1.0])  # front against rear: sideways travel turns the base
+# 0.17 degrees of each roller: twice its tangent of the lateral column, two standard deviations
+ERROR = 0.006
+ROWS = RECTANGLE * np.column_stack([np.ones(4), 1.0 + ERROR * ASKEW, np.ones(4)])
+SQUARE = [(3.0, (0.4, 0.0, 0.0)), (3.0, (0.0, 0.4, 0.0)), (3.0, (-0.4, 0.0, 0.0)),
+          (3.0, (0.0, -0.4, 0.0))]
+CORNERS = [(4.0, (0.3, -0.3, 0.4)), (0.5, (0.0, 0.0, 0.0))] * 3
+MOTION = staged((1.0, (0.0, 0.0, 0.0)), *SQUARE, *CORNERS)
+
+
+def driven(tuning=None):
+    """State x at the end, and the error of its yaw [rad]."""
+    subject, found = drive(MOTION, rows=ROWS, tuning=tuning)
+    return subject._filter.memory.x, miss(found[-1], MOTION)[1]
+
+
+def test_rollers_askew_are_learnt_and_not_taken_for_lever_or_gyro():
+    x, yaw = driven()
+    side, radius = x[SIDE] @ ASKEW / 4.0, x[K:K + 4] @ ASKEW / 4.0
+    # together all but what 2 mrad/s of gyro noise leave over; sideways alone the radii would take
+    # 0.2^2 / (0.2^2 + 0.3^2) of it, as their priors are, and driving ahead tells them apart
+    assert side + radius == pytest.approx(ERROR, rel=0.05)
+    assert radius < 0.31 * ERROR
+    assert np.abs(x[[KG, KL]]).max() < 1e-3
+    assert yaw < 0.005
+
+
+def test_with_one_lateral_gain_for_all_they_would_be():
+    x, _ = driven(dataclasses.replace(EstimatorConfig(), roller_sigma=1e-9))
+    assert np.abs(x[[KG, KL]]).max() > 3e-3
+
+
+def test_every_wheel_starts_with_a_lateral_gain_of_its_own():
+    tuning = EstimatorConfig(lateral_sigma=0.02, roller_sigma=0.01)
+    _, memory = at_start(tuning=tuning)
+    assert memory.P[SIDE, SIDE] == pytest.approx(0.02 ** 2 + 0.01 ** 2 * np.eye(4))
+
+
+def test_wheels_without_rollers_share_it():
+    robot = load_robot(shipped() / 'dual_differential.yaml')
+    tuning = EstimatorConfig(lateral_sigma=0.02, roller_sigma=0.01)
+    model = model_of(robot.base, EncoderConfig(counts_per_revolution=4096.0), ImuConfig(), tuning)
+    memory = memory_of(robot.base, model, tuning)
+    w = robot.base.count
+    assert memory.P[K + 3 * w:, K + 3 * w:] == pytest.approx(0.02 ** 2 * np.ones((w, w)))
