@@ -32,17 +32,18 @@ def driven(tuning=None):
 def test_rollers_askew_are_learnt_and_not_taken_for_lever_or_gyro():
     x, yaw = driven()
     side, radius = x[SIDE] @ ASKEW / 4.0, x[K:K + 4] @ ASKEW / 4.0
-    # together all but what 2 mrad/s of gyro noise leave over; sideways alone the radii would take
-    # 0.2^2 / (0.2^2 + 0.3^2) of it, as their priors are, and driving ahead tells them apart
-    assert side + radius == pytest.approx(ERROR, rel=0.05)
+    # sideways alone the radii would take 0.2^2 / (0.2^2 + 0.3^2) of it, as their priors are, and
+    # driving ahead tells them apart; a tenth and more is not learnt within 2 m of sideways travel
+    assert side + radius == pytest.approx(ERROR, rel=0.2)
     assert radius < 0.31 * ERROR
-    assert np.abs(x[[KG, KL]]).max() < 1e-3
+    assert np.abs(x[[KG, KL]]).max() < 2e-3
     assert yaw < 0.005
 
 
 def test_with_one_lateral_gain_for_all_they_would_be():
-    x, _ = driven(dataclasses.replace(EstimatorConfig(), roller_sigma=1e-9))
+    x, yaw = driven(dataclasses.replace(EstimatorConfig(), roller_sigma=1e-9))
     assert np.abs(x[[KG, KL]]).max() > 3e-3
+    assert yaw > 0.008
 
 
 def test_every_wheel_starts_with_a_lateral_gain_of_its_own():
