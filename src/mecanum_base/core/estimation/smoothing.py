@@ -1,7 +1,7 @@
 """A pass backwards over rows of the trail: every frame as later frames show it.
 
     F  = d x-(k) / d x(j)          k: the judged frame after j, T [s] later
-    G  = P(j) F' P-(k)^-1          Rauch, Tung, Striebel 1965 for the first S = 11 states
+    G  = P(j) F' P-(k)^-1          Rauch, Tung, Striebel 1965 for the first S = 10 states
     d(j)   = e^(-T/2s) G (x(k) - x-(k) + d(k))           x_s(j) = x(j) + d(j)
     P_s(j) = P(j) + e^(-T/1s) G (P_s(k) - P-(k)) G'
 

@@ -17,6 +17,7 @@ import math
 import numpy as np
 
 from mecanum_base.core.estimation.acceleration import kernel, part
+from mecanum_base.core.estimation.doubt import forget_doubt
 from mecanum_base.core.estimation.layout import (
     B_G,
     B_GG,
@@ -137,6 +138,7 @@ def settle(memory: Memory, wheels: int, travel: FloatArray, resolution: FloatArr
     memory.wheel[FLAT] = 0.0
     m[LOOSE_FOR] = 0.0
     m[LOCKED_FOR] = 0.0
+    forget_doubt(memory)
     m[WZ] = 0.0
     m[STILL] = 1.0
     m[CALM] = 1.0 if memory.wheel[FORCED].max() == 0.0 else 0.0

@@ -10,7 +10,7 @@ A row holds the first S = 10 states x and their covariance P after the frame, th
 
     x (S) | P (S, S) | x- (S) | P- (S, S) | flags | slip speed (W) m/s | A_x (W) | A_y (W)
 
-with the lateral gains known by then in A_y.
+with the lateral gains known at that frame in A_y.
 
 The pose is that of the filter, without the gap to what was published.
 """
