@@ -15,7 +15,8 @@ from mecanum_base.core.estimation.output import BODY, describe, row_size, slippi
     (0.065, 0.1, 1.0, True),  # more than that
     (0.055, 0.1, 0.6, True),  # a wheel begins to slip again
 ])
-def test_just_after_a_slip_the_error_of_the_velocity_is_no_slip(speed, just_before, grips, claimed):
+def test_just_after_a_slip_the_error_of_the_velocity_is_no_slip(speed, just_before, grips,
+                                                                claimed):
     model, memory = at_start()
     memory.m[LOOSE_FOR] = just_before
     memory.mode[0] = grips
