@@ -55,7 +55,7 @@ class Model(NamedTuple):
     flat_speed: float  # m/s of change in slip speed that counts as none
     extra_creep: float  # variance factor of micro-slip around a slip
     extra_time: float  # s
-    drift_apart: float  # m/s^2: growth of velocity uncertainty while a diagonal slips for long
+    drift_apart: float  # m/s^2: growth of the doubt of the velocity while nothing holds it
     patience: float  # s after which wheels win over the accelerometer
     # standstill
     rest_window: float  # s

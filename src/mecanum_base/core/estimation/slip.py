@@ -193,7 +193,7 @@ def frictionless(memory: Memory, T: float) -> bool:
 
 @part
 def unlock(model: Model, memory: Memory, T: float) -> None:
-    """Let the velocity grow uncertain along directions that no gripping wheel holds."""
+    """Doubt the velocity along directions that no gripping wheel holds."""
     m = memory.m
     xx = xy = yy = 0.0
     slips = False
