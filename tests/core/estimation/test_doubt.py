@@ -20,6 +20,7 @@ from mecanum_base.core.estimation.layout import (
     DOUBT_XX,
     DOUBT_XY,
     DOUBT_YY,
+    HELD_FOR,
     PROBABILITY,
     PX,
     SIGMA,
@@ -28,7 +29,10 @@ from mecanum_base.core.estimation.layout import (
     VY,
     K,
 )
-from mecanum_base.core.estimation.slip import uncertainty
+from mecanum_base.core.estimation.obstacle import TIME
+from mecanum_base.core.estimation.slip import uncertainty, unlock
+from mecanum_base.core.estimation.standstill import settle
+from mecanum_base.core.estimation.wheel_update import judge
 
 ALL = np.ones(4)
 GRIPS = np.zeros(4)
@@ -177,3 +181,47 @@ def test_wheels_that_contradict_each_other_raise_no_doubt():
     memory.wheel[SLIP] = np.array([0.3, 0.3, -0.3, -0.3])
     wrong_along_slip(model, memory, 1.0)
     assert np.array_equal(memory.P, before)
+
+
+@pytest.mark.parametrize('held_for', [0.0, 2.0 * TIME])
+def test_while_all_wheels_slide_doubt_grows_and_what_an_obstacle_tells_is_in_the_covariance(
+        held_for):
+    model, memory = sliding((0.0, -0.4))
+    before = memory.P.copy()
+    memory.m[HELD_FOR] = held_for
+    for _ in range(100):
+        unlock(model, memory, 0.01)
+    # by hand: 0.02 m/s^2 for 1 s; a sum of 100 steps, the last of them included
+    grown, whole = memory.P[VY, VY] - before[VY, VY], 1.01 * 0.02 ** 2
+    assert doubt(memory)[0] == pytest.approx(whole)
+    assert doubt(memory)[2] == pytest.approx(0.0 if held_for else whole, abs=1e-12)
+    assert grown == pytest.approx(whole if held_for else 0.0, abs=1e-12)
+
+
+def test_wheels_that_hold_the_velocity_end_the_doubt():
+    model, memory = sliding((0.3, 0.0))
+    doubt_velocity(memory, 0.1, 0.0, 0.1)
+    memory.wheel[PROBABILITY] = 0.1
+    unlock(model, memory, 0.01)
+    assert not doubt(memory).any()
+
+
+def test_a_standstill_ends_the_doubt():
+    model, memory = sliding((0.3, 0.0))
+    doubt_velocity(memory, 0.1, 0.0, 0.1)
+    settle(memory, 4, np.zeros(4), model.resolution)
+    assert not doubt(memory).any()
+
+
+def test_what_the_doubt_explains_may_be_grip():
+    """Wheels roll 0.1 m/s faster than the base is believed to go, known to 1 cm/s: ten sigma."""
+    T, chance = 0.01, []
+    for doubted in (0.0, 0.1 ** 2):
+        model, memory = sliding((0.1, 0.0), sigma=0.01)
+        doubt_velocity(memory, doubted, 0.0, doubted)
+        phi = slice(K + 4, K + 8)
+        memory.P[phi, phi] = memory.rows[:, :2] @ memory.rows[:, :2].T * (0.01 * T) ** 2
+        memory.mode[:] = 1.0 / len(memory.mode)
+        judge(model, memory, memory.rows[:, 0] * 0.1 * T, np.ones(4), T)
+        chance.append(memory.wheel[PROBABILITY].max())
+    assert chance[1] < 0.5 * chance[0]

@@ -6,10 +6,25 @@ import numpy as np
 import pytest
 from staged_drive import RECTANGLE, at_start, drive, miss, staged
 
+from mecanum_base.core.estimation import trail
 from mecanum_base.core.estimation.assembly import memory_of, model_of
-from mecanum_base.core.estimation.layout import KG, KL, K
+from mecanum_base.core.estimation.frame import calm
+from mecanum_base.core.estimation.layout import (
+    CALM,
+    HAVE_ACCEL,
+    HAVE_GYRO,
+    KG,
+    KL,
+    REACH,
+    SLIP,
+    SUM_Y,
+    VY,
+    K,
+)
 from mecanum_base.core.estimation.sensors import EncoderConfig, ImuConfig
+from mecanum_base.core.estimation.slip import measure
 from mecanum_base.core.estimation.tuning import EstimatorConfig
+from mecanum_base.core.estimation.wheel_update import rolling_speed
 from mecanum_base.robot_file import load_robot, shipped
 
 SIDE = slice(K + 12, K + 16)
@@ -59,3 +74,44 @@ def test_wheels_without_rollers_share_it():
     memory = memory_of(robot.base, model, tuning)
     w = robot.base.count
     assert memory.P[K + 3 * w:, K + 3 * w:] == pytest.approx(0.02 ** 2 * np.ones((w, w)))
+
+
+# m along the rollers of FL, FR, RL, RR for each metre to the left, by hand; FR has 10 % more
+LEFT = np.sqrt(0.5) * np.array([-1.0, 1.1, 1.0, -1.0])
+
+
+@pytest.fixture
+def leftwards():
+    """Constants and memory of a base that goes to the left at 0.5 m/s; FR has its own gain."""
+    model, memory = at_start()
+    memory.x[VY] = 0.5
+    memory.x[K + 12 + 1] = 0.1
+    return model, memory
+
+
+def test_it_is_part_of_the_speed_at_which_its_wheel_rolls(leftwards):
+    _, memory = leftwards
+    assert rolling_speed(memory, 4) == pytest.approx(0.5 * LEFT)
+
+
+def test_what_it_explains_is_no_slip(leftwards):
+    model, memory = leftwards
+    measure(model, memory, 0.01 * 0.5 * LEFT, np.ones(4), 0.01)
+    assert memory.wheel[SLIP] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_what_it_explains_is_nothing_new(leftwards):
+    """A frame is calm with it: 5 mm to the left, wheels known to 0.1 mm."""
+    model, memory = leftwards
+    m = memory.m
+    m[CALM], m[HAVE_GYRO], m[HAVE_ACCEL], m[SUM_Y] = 1.0, 1.0, 1.0, 0.005
+    memory.wheel[REACH] = 1e-4
+    assert calm(model, memory, 0.005 * LEFT, np.ones(4), 0.01)
+    assert not calm(model, memory, 0.005 * np.sign(LEFT) * np.sqrt(0.5), np.ones(4), 0.01)
+
+
+def test_the_smoothed_track_has_it(leftwards):
+    _, memory = leftwards
+    memory = trail.with_room(memory, 1)
+    trail.mark(memory)
+    assert memory.trail[0, trail.WHEELS + 8:] == pytest.approx(LEFT)

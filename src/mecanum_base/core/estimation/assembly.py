@@ -111,7 +111,11 @@ def model_of(base: Base, encoder: EncoderConfig, imu: ImuConfig, tuning: Estimat
 
 def start_covariance(wheels: int, rollers: bool, tuning: EstimatorConfig,
                      resolution: FloatArray) -> FloatArray:
-    """Covariance (N, N) of a base that has just started: known pose, unknown biases."""
+    """Covariance (N, N) of a base that has just started: known pose, unknown biases.
+
+    Units are those of the state (:mod:`.layout`), ``resolution`` (W,) m. Where wheels have no
+    ``rollers`` they share their lateral gain.
+    """
     phi, creep, side, n = K + wheels, K + 2 * wheels, K + 3 * wheels, K + 4 * wheels
     sigma = np.zeros(n)
     sigma[[VX, VY]] = 0.1

@@ -3,7 +3,8 @@
 While wheels slide the velocity is the IMU's. Its covariance P_v carries what is known of that:
 noise and vibration as learnt, offset, scale, tilt. More may happen that no model has, such as a
 knock that no sample shows, or a tilting floor. To put that into P as well would make every slip
-as uncertain as the worst. So it is kept beside it, as a covariance D (2, 2) of the velocity:
+as uncertain as the worst. So it is kept beside it, as a covariance D (2, 2), (m/s)^2, of the
+velocity in the axes of the base:
 
     judging a wheel     P_v + D     S of the hypotheses, sigma of the slip speeds
     everything else     P_v         the update, the covariance that is published
